@@ -27,6 +27,9 @@ struct Ellipse {
   double angle_rad = 0;  ///< direction of the major axis, from +x towards +y, in (-pi/2, pi/2]
 };
 
+/// Growth, shift in x and y, stretch along x and along the diagonal; see Blob::rim_covariance_px2.
+using RimErrorCovariance = Eigen::Matrix<double, 5, 5>;
+
 /// One bright region. Uncertainties follow from the noise of the image.
 struct Blob {
   Eigen::Vector2d centroid_px = Eigen::Vector2d::Zero();  ///< best centre: rim fit, PSF or moments
@@ -45,8 +48,10 @@ struct Blob {
   int x0 = 0, y0 = 0, x1 = 0, y1 = 0;  ///< bounding box, both ends included
   Ellipse ellipse;                     ///< fitted to the rim, or from second moments without a rim
   std::vector<RimPoint> rim;           ///< sub-pixel rim; empty for small spots
-  /// Covariance of the errors common to all rim points: growth along the normals, shift in x, in y.
-  Eigen::Matrix3d rim_covariance_px2 = Eigen::Matrix3d::Zero();
+  /// Covariance of the errors common to all rim points. For a normal n they move a point along it
+  /// by the first error (growth), n_x and n_y times the next two (shift), and n_x^2 - n_y^2 and
+  /// 2 n_x n_y times the last two (stretch).
+  RimErrorCovariance rim_covariance_px2 = RimErrorCovariance::Zero();
 
   bool saturated = false;  ///< pixels at full scale: the rim has grown, the flux is a lower bound
   bool merged = false;     ///< its shape is that of several lamps

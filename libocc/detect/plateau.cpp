@@ -165,20 +165,24 @@ Terms right_side(const Sums<Degree>& sums, int used) {
   return right;
 }
 
-/// Mean of the polynomial's terms along the visible part of the rim, `depth_px` inside it, and the
-/// slope of the plane that fits each term there best.
+/// Mean of the polynomial's terms along the visible part of the rim, `depth_px` inside it, the
+/// slope of the plane that fits each term there best, and the part of each that varies with the
+/// double angle of the normal.
 class RimTerms {
  public:
   RimTerms(const Patch& patch, const FittedConic& conic, double depth_px, double scale, int used)
-      : mean_(Terms::Zero(used)), by_place_(used, 2) {
+      : mean_(Terms::Zero(used)), by_place_(used, 2), by_angle_(used, 3) {
     const Eigen::Matrix2d root = conic.shape.llt().matrixU();
     const Eigen::Matrix2d of_circle = root.inverse();
     Eigen::Matrix2d spread = Eigen::Matrix2d::Zero();
+    Eigen::Matrix3d angles = Eigen::Matrix3d::Zero();
     by_place_.setZero();
+    by_angle_.setZero();
     for (int k = 0; k < points; ++k) {
       const double angle = 2 * pi * k / points;
       const Eigen::Vector2d edge = of_circle * Eigen::Vector2d(std::cos(angle), std::sin(angle));
-      const Eigen::Vector2d at = edge - depth_px * (conic.shape * edge).normalized();
+      const Eigen::Vector2d normal = (conic.shape * edge).normalized();
+      const Eigen::Vector2d at = edge - depth_px * normal;
       const Eigen::Vector2d px = conic.centre + at;
       if (!patch.contains(static_cast<int>(px.x()), static_cast<int>(px.y()))) continue;
       const Terms terms = terms_at(at * scale, used);
@@ -186,10 +190,15 @@ class RimTerms {
       mean_ += terms;
       spread += at * at.transpose();
       by_place_ += terms * at.transpose();
+      const Eigen::Vector3d doubled(1, square(normal.x()) - square(normal.y()),
+                                    2 * normal.x() * normal.y());
+      angles += doubled * doubled.transpose();
+      by_angle_ += terms * doubled.transpose();
     }
     if (empty()) return;
     mean_ /= seen_;
     by_place_ = by_place_ * spread.inverse();
+    by_angle_ = by_angle_ * angles.inverse();
   }
 
   bool empty() const { return seen_ < 3; }  ///< too few points for a slope
@@ -197,6 +206,7 @@ class RimTerms {
   const Eigen::Matrix<double, Eigen::Dynamic, 2, 0, max_terms, 2>& slope() const {
     return by_place_;
   }
+  auto stretch() const { return by_angle_.rightCols<2>(); }
 
  private:
   static constexpr int points = 16;
@@ -215,6 +225,7 @@ class RimTerms {
   int seen_ = 0;
   Terms mean_;
   Eigen::Matrix<double, Eigen::Dynamic, 2, 0, max_terms, 2> by_place_;
+  Eigen::Matrix<double, Eigen::Dynamic, 3, 0, max_terms, 3> by_angle_;
 };
 
 }  // namespace
@@ -255,6 +266,10 @@ std::optional<Plateau> Plateau::fit_surface(const Patch& patch, const FittedConi
   plateau.rim_level_variance_ = rim.mean().dot(solver.solve(rim.mean()));
   if (plateau.degree_ > 0)
     plateau.gradient_covariance_ = rim.slope().transpose() * solver.solve(rim.slope());
+  if (plateau.degree_ > 1) {
+    const Eigen::Matrix<double, Eigen::Dynamic, 2, 0, max_terms, 2> stretch = rim.stretch();
+    plateau.rim_stretch_covariance_ = stretch.transpose() * solver.solve(stretch);
+  }
   return plateau;
 }
 

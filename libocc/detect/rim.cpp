@@ -149,7 +149,8 @@ Noise noise_of(const Patch& patch, const Plateau& plateau) {
 }
 
 /// Adds the errors of the estimated plateau. An error of its level enlarges the whole rim, an error
-/// of its gradient shifts the points of opposite sides in the same direction.
+/// of its gradient shifts the points of opposite sides in the same direction, and an error of its
+/// curvature stretches the rim.
 void add_plateau_noise(const Model& model, const Profiles& profiles, Rim& rim) {
   const double pixel_variance = model.noise.variance(model.plateau.level());
   const Eigen::Matrix2d response = centre_response(rim.points, rim.fit.conic, profiles.by_gradient);
@@ -159,7 +160,9 @@ void add_plateau_noise(const Model& model, const Profiles& profiles, Rim& rim) {
       growth * growth * pixel_variance * model.plateau.rim_level_variance();
   const Eigen::Matrix2d shift =
       pixel_variance * response * model.plateau.gradient_covariance() * response.transpose();
-  rim.common_covariance_px2.bottomRightCorner<2, 2>() = shift;
+  rim.common_covariance_px2.block<2, 2>(1, 1) = shift;
+  rim.common_covariance_px2.bottomRightCorner<2, 2>() =
+      growth * growth * pixel_variance * model.plateau.rim_stretch_covariance();
   rim.fit.centre_covariance_px2 += shift;
 }
 

@@ -15,11 +15,25 @@
 namespace occ::internal::refine {
 namespace {
 
+using RimErrors = Eigen::Matrix<double, 5, 1>;
+
 /// Chi-square of a rim point whose ray misses the lamp's plane or whose distance is undefined: that
 /// of a residual of ten sigmas, so that a pose cannot gain by losing points.
 constexpr double lost_chi2 = 100;
 
 constexpr int residual_index = 7;  // in a column of rows_, after pose and growth
+
+/// v of a rim point with this normal, see the header.
+RimErrors common_errors(const Eigen::Vector2d& n) {
+  return {1, n.x(), n.y(), square(n.x()) - square(n.y()), 2 * n.x() * n.y()};
+}
+
+/// R with R R^T = S.
+RimErrorCovariance root_of(const RimErrorCovariance& covariance) {
+  Matrix6 padded = Matrix6::Zero();
+  padded.topLeftCorner<5, 5>() = covariance;
+  return core::semidefinite_root(padded).transpose().topLeftCorner<5, 5>();
+}
 
 /// Inverse of an information matrix that may be singular, e.g. of a single straight side.
 Eigen::Matrix3d inverse_of(Eigen::Matrix3d information) {
@@ -44,10 +58,10 @@ LampRim::LampRim(const LampObservation& lamp, const Observations& all, const Sce
       scene_(scene),
       huber_sigma_(huber_sigma),
       next_unit_error_(lamp.unit_error) {
-  if (has_errors()) common_root_ = core::semidefinite_root(lamp.common_covariance_px2).transpose();
+  if (has_errors()) common_root_ = root_of(lamp.common_covariance_px2);
   const auto count = static_cast<Eigen::Index>(lamp.rim_end - lamp.rim_begin);
-  rows_.resize(11, count);
-  weighted_.resize(11, count);
+  rows_.resize(rows, count);
+  weighted_.resize(rows, count);
   weights_.setOnes(count);
 }
 
@@ -164,7 +178,7 @@ int LampRim::linearise_rim(const State& state, const Eigen::Vector3d& pivot) {
     }
     if (weights_[i] == 0) weights_[i] = 1;
     const double off = *distance + growth_slope * state.growth_px - points_[i].normal.dot(shift);
-    rows_.col(i) << d_lamp.transpose(), growth_slope, off, 1, points_[i].normal;
+    rows_.col(i) << d_lamp.transpose(), growth_slope, off, common_errors(points_[i].normal);
     rows_.col(i) *= points_[i].inverse_sigma;
   }
   if (all_.camera_errors.count() > 0 && by_camera_.cols() != rows_.cols()) linearise_camera(in_cam);
@@ -185,19 +199,19 @@ void LampRim::step_back() {
 void LampRim::weigh_points() {
   const Eigen::RowVectorXd residuals =
       has_errors() ? seen_ : Eigen::RowVectorXd(rows_.row(residual_index));
-  const auto commons = rows_.bottomRows<3>();
+  const auto size_and_place = rows_.middleRows<3>(8);
   Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
   Eigen::Vector3d pull = Eigen::Vector3d::Zero();
   for (Eigen::Index i = 0; i < weights_.size(); ++i) {
-    const Eigen::Vector3d weighted = weights_[i] * commons.col(i);
-    spread += weighted * commons.col(i).transpose();
+    const Eigen::Vector3d weighted = weights_[i] * size_and_place.col(i);
+    spread += weighted * size_and_place.col(i).transpose();
     pull += weighted * residuals[i];
   }
   const Eigen::Vector3d common = inverse_of(spread) * pull;
   std::vector<double> left(static_cast<std::size_t>(weights_.size()));
   for (std::size_t i = 0; i < left.size(); ++i) {
     const auto k = static_cast<Eigen::Index>(i);
-    left[i] = std::abs(residuals[k] - commons.col(k).dot(common));
+    left[i] = std::abs(residuals[k] - size_and_place.col(k).dot(common));
   }
   threshold_ = huber_sigma_ * std::max(1.0, scatter(left));
   for (std::size_t i = 0; i < left.size(); ++i) {
@@ -211,27 +225,28 @@ Eigen::MatrixXd LampRim::eliminate(const Products& products) {
   const Eigen::Index errors = by_camera_.rows();
   Eigen::MatrixXd sums(8 + errors, 8 + errors);
   sums.topLeftCorner<8, 8>() = products.topLeftCorner<8, 8>();
-  Eigen::Matrix<double, 9, Eigen::Dynamic> along(9, 8 + errors);
-  along.topLeftCorner<3, 8>() = products.bottomLeftCorner<3, 8>();
+  constexpr int own = commons + 6;  // common errors, then those of the lamp's pose
+  Eigen::Matrix<double, own, Eigen::Dynamic> along(own, 8 + errors);
+  along.topLeftCorner<commons, 8>() = products.bottomLeftCorner<commons, 8>();
   along.bottomLeftCorner<6, 8>() = products.topLeftCorner<6, 8>();
-  Eigen::Matrix<double, 9, 9> spread;
-  spread << products.bottomRightCorner<3, 3>(), products.bottomLeftCorner<3, 6>(),
-      products.topRightCorner<6, 3>(), products.topLeftCorner<6, 6>();
+  Eigen::Matrix<double, own, own> spread;
+  spread << products.bottomRightCorner<commons, commons>(), products.bottomLeftCorner<commons, 6>(),
+      products.topRightCorner<6, commons>(), products.topLeftCorner<6, 6>();
   if (errors > 0) {
     const Eigen::MatrixXd cross = by_camera_ * weighted_.transpose();
     sums.bottomLeftCorner(errors, 8) = cross.leftCols<8>();
     sums.topRightCorner(8, errors) = cross.leftCols<8>().transpose();
     sums.bottomRightCorner(errors, errors) =
         by_camera_ * weights_.asDiagonal() * by_camera_.transpose();
-    along.topRightCorner(3, errors) = cross.rightCols<3>().transpose();
+    along.topRightCorner(commons, errors) = cross.rightCols<commons>().transpose();
     along.bottomRightCorner(6, errors) = cross.leftCols<6>().transpose();
   }
-  Eigen::Matrix<double, 9, 10> root = Eigen::Matrix<double, 9, 10>::Zero();
-  root.topLeftCorner<3, 3>() = common_root_;
+  Eigen::Matrix<double, own, own + 1> root = Eigen::Matrix<double, own, own + 1>::Zero();
+  root.topLeftCorner<commons, commons>() = common_root_;
   if (lamp_.errors) root.bottomRightCorner<6, 7>() = unit_motion_;
   const Eigen::MatrixXd whitened = root.transpose() * along;
   const Eigen::MatrixXd information =
-      Eigen::MatrixXd::Identity(10, 10) + root.transpose() * spread * root;
+      Eigen::MatrixXd::Identity(own + 1, own + 1) + root.transpose() * spread * root;
   const Eigen::MatrixXd estimates = core::solve_llt(information, whitened);
   sums.noalias() -= whitened.transpose() * estimates;
   if (lamp_.errors) {
@@ -258,11 +273,11 @@ void LampRim::add_to(PoseNormalEquations& normal, CameraSums* camera) {
     return;
   }
   Matrix8 sum = products.topLeftCorner<8, 8>();  // gradient and chi2 in the last column
-  const Eigen::Matrix<double, 3, 8> along = products.bottomLeftCorner<3, 8>();
-  const Eigen::Matrix3d spread = products.bottomRightCorner<3, 3>();
+  const Eigen::Matrix<double, commons, 8> along = products.bottomLeftCorner<commons, 8>();
+  const RimErrorCovariance spread = products.bottomRightCorner<commons, commons>();
 
-  const Eigen::Matrix3d& covariance = lamp_.common_covariance_px2;
-  const Eigen::Matrix3d damped = Eigen::Matrix3d::Identity() + spread * covariance;
+  const RimErrorCovariance& covariance = lamp_.common_covariance_px2;
+  const RimErrorCovariance damped = RimErrorCovariance::Identity() + spread * covariance;
   common_gain_ = covariance * damped.inverse();
   sum.noalias() -= along.transpose() * common_gain_ * along;
 
@@ -319,7 +334,7 @@ double LampRim::chi2(const State& state, Eigen::VectorXd* by_camera) {
       light_shift_px(*lamp_.lamp, *lamp_.blob, state.cam_from_world, scene_);
   const double growth_px = lamp_.blob->saturated ? state.growth_px : 0;
   double sum = 0, lost = 0;
-  Eigen::Vector3d pull = Eigen::Vector3d::Zero();
+  RimErrors pull = RimErrors::Zero();
   for (Eigen::Index i = 0; i < weights_.size(); ++i) {
     const std::optional<double> distance =
         weights_[i] > 0 ? rim_distance_px(in_cam, points_[i].ray) : std::nullopt;
@@ -330,8 +345,7 @@ double LampRim::chi2(const State& state, Eigen::VectorXd* by_camera) {
     const double off = *distance - growth_px - points_[i].normal.dot(shift);
     const double residual = off * points_[i].inverse_sigma;
     sum += weights_[i] * residual * residual;
-    pull += weights_[i] * residual * points_[i].inverse_sigma *
-            Eigen::Vector3d(1, points_[i].normal.x(), points_[i].normal.y());
+    pull += weights_[i] * residual * points_[i].inverse_sigma * common_errors(points_[i].normal);
   }
   return sum - pull.dot(common_gain_ * pull) + lost;
 }

@@ -212,7 +212,7 @@ Observations observe(const std::vector<Match>& matches, const std::vector<Blob>&
     observation.errors = errors_of(lamp, scene);
     const double model_variance = options.model_sigma_px * options.model_sigma_px;
     observation.common_covariance_px2 = blob.rim_covariance_px2;
-    observation.common_covariance_px2.diagonal() +=
+    observation.common_covariance_px2.diagonal().head<3>() +=
         Eigen::Vector3d(own_growth_variance_px2(blob), model_variance, model_variance);
     if (uses_rim(lamp, blob, options)) {
       observe_rim(match, blob, scene.camera, observation, all.rim);

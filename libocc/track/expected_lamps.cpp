@@ -287,7 +287,7 @@ void to_time_of(const PredictedCamera& predicted, const Scene& scene,
     const Eigen::Matrix2d per_s2 = d_pose * predicted.velocity_covariance * d_pose.transpose();
     const Eigen::Matrix2d error = late_s * late_s * per_s2;
     blob.covariance_px2 += error;
-    blob.rim_covariance_px2.bottomRightCorner<2, 2>() += error;
+    blob.rim_covariance_px2.block<2, 2>(1, 1) += error;
     if (shear_px(blob, scene.sensor, per_s2) > rim_noise_px(blob)) blob.rim.clear();
   }
 }

@@ -21,7 +21,7 @@ constexpr int width = 1280, height = 960;
 
 /// Sums of normalised squared errors over discs.
 struct Nees {
-  double centre = 0, radius = 0;
+  double centre = 0, radius = 0, stretch = 0;
   int discs = 0, rims = 0;
 
   void add(const Blob& blob, const Eigen::Vector2d& truth, double radius_px) {
@@ -30,12 +30,23 @@ struct Nees {
     ++discs;
     if (blob.rim.empty()) return;
     double weights = 0, sum = 0;
+    Eigen::Matrix2d information = Eigen::Matrix2d::Zero();
+    Eigen::Vector2d stretches = Eigen::Vector2d::Zero();
     for (const RimPoint& point : blob.rim) {
       const double weight = 1 / (point.sigma_px * point.sigma_px);
+      const double off = (point.px - truth).norm() - radius_px;
       weights += weight;
-      sum += weight * ((point.px - truth).norm() - radius_px);
+      sum += weight * off;
+      const Eigen::Vector2d& n = point.normal;
+      const Eigen::Vector2d by_stretch(square(n.x()) - square(n.y()), 2 * n.x() * n.y());
+      information += weight * by_stretch * by_stretch.transpose();
+      stretches += weight * off * by_stretch;
     }
     radius += std::pow(sum / weights, 2) / (1 / weights + blob.rim_covariance_px2(0, 0));
+    const Eigen::Matrix2d own = information.inverse();
+    const Eigen::Matrix2d covariance = own + blob.rim_covariance_px2.bottomRightCorner<2, 2>();
+    const Eigen::Vector2d estimate = own * stretches;
+    stretch += estimate.dot(covariance.inverse() * estimate);
     ++rims;
   }
 
@@ -47,6 +58,9 @@ struct Nees {
     const auto one = test::chi2_interval(rims);
     EXPECT_GT(radius, one.first);
     EXPECT_LT(radius, one.second);
+    const auto stretches = test::chi2_interval(2.0 * rims);
+    EXPECT_GT(stretch, stretches.first);
+    EXPECT_LT(stretch, stretches.second);
   }
 };
 
@@ -87,6 +101,10 @@ TEST(DetectLargeDiscs, AreOneBlob) {
     const Nees nees = measure_discs({level_e, 0.8, true, level_e > 200 ? 0 : 0.6}, {300}, 1, 1);
     EXPECT_LT(nees.centre, 14) << level_e;
   }
+}
+
+TEST(DetectLargeDiscs, CentreAndShapeAreConsistent) {
+  measure_discs({3000, 0.8, true, 0}, {12, 16, 22}, 60, 5).expect_true(true);
 }
 
 TEST(SlowDetectLargeDiscs, CentreAndRadiusAreConsistentFromThreeToFourHundredPixels) {

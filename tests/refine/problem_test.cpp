@@ -108,13 +108,16 @@ TEST(RefineProblem, InformationIsTheHessianWhereResidualsVanish) {
   }
 }
 
-/// Compares the eliminated errors common to one lamp (growth, offset) with three unknowns that
-/// are carried along.
+/// Compares the eliminated errors common to one lamp (growth, shift, stretch) with five unknowns
+/// that are carried along.
 TEST(RefineProblem, EliminatedUnknownsEqualExplicitOnes) {
   Everything all;
   all.scene.lamps.resize(1);
   all.blobs.resize(1);
-  all.blobs[0].rim_covariance_px2 << 0.04, 0.01, 0.02, 0.01, 0.03, -0.01, 0.02, -0.01, 0.05;
+  RimErrorCovariance& common = all.blobs[0].rim_covariance_px2;
+  common.topLeftCorner<3, 3>() << 0.04, 0.01, 0.02, 0.01, 0.03, -0.01, 0.02, -0.01, 0.05;
+  common.bottomRightCorner<2, 2>() << 0.02, 0.01, 0.01, 0.03;
+  common(0, 3) = common(3, 0) = 0.01;
   all.options.flux = FluxModel::ignore;
   all.options.prior.reset();
   const Observations observations = all.observations();
@@ -124,7 +127,7 @@ TEST(RefineProblem, EliminatedUnknownsEqualExplicitOnes) {
   ASSERT_TRUE(problem.linearise(state, Eigen::Vector3d::Zero(), normal));
 
   const auto n = static_cast<Eigen::Index>(observations.rim.size());
-  Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(n + 1, 10);  // pose, common growth, own, offset
+  Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(n + 1, 12);  // pose, common growth, own errors
   Eigen::VectorXd residuals = Eigen::VectorXd::Zero(n + 1);
   for (Eigen::Index i = 0; i < n; ++i) {
     const RimObservation& point = observations.rim[i];
@@ -132,7 +135,9 @@ TEST(RefineProblem, EliminatedUnknownsEqualExplicitOnes) {
     const auto distance =
         rim_distance_px(all.scene.lamps[0], state.cam_from_world, point.ray, &d_pose);
     residuals[i] = point.inverse_sigma * (distance.value() - state.growth_px);
-    rows.row(i) << d_pose, -1, -1, -point.normal.transpose();
+    const Eigen::Vector2d& m = point.normal;
+    rows.row(i) << d_pose, -1, -1, -m.transpose(), m.y() * m.y() - m.x() * m.x(),
+        -2 * m.x() * m.y();
     rows.row(i) *= point.inverse_sigma;
   }
   const double growth_sigma_px = 2, own_growth_sigma_px = 0.3;
@@ -140,16 +145,16 @@ TEST(RefineProblem, EliminatedUnknownsEqualExplicitOnes) {
   residuals[n] = state.growth_px / growth_sigma_px;
   const Eigen::Vector3d own_sigma(own_growth_sigma_px, all.options.model_sigma_px,
                                   all.options.model_sigma_px);
-  const Eigen::Matrix3d own_covariance =
-      all.blobs[0].rim_covariance_px2 + Eigen::Matrix3d(own_sigma.cwiseAbs2().asDiagonal());
+  RimErrorCovariance own_covariance = common;
+  own_covariance.diagonal().head<3>() += own_sigma.cwiseAbs2();
   Eigen::MatrixXd information = rows.transpose() * rows;
-  information.bottomRightCorner<3, 3>() += own_covariance.inverse();
+  information.bottomRightCorner<5, 5>() += own_covariance.inverse();
   const Eigen::VectorXd gradient = rows.transpose() * residuals;
-  const Eigen::Matrix3d own = information.bottomRightCorner<3, 3>();
-  const Eigen::MatrixXd gain = information.topRightCorner<7, 3>() * own.inverse();
+  const RimErrorCovariance own = information.bottomRightCorner<5, 5>();
+  const Eigen::MatrixXd gain = information.topRightCorner<7, 5>() * own.inverse();
   const Eigen::MatrixXd expected =
-      information.topLeftCorner<7, 7>() - gain * information.bottomLeftCorner<3, 7>();
-  const Eigen::VectorXd expected_gradient = gradient.head<7>() - gain * gradient.tail<3>();
+      information.topLeftCorner<7, 7>() - gain * information.bottomLeftCorner<5, 7>();
+  const Eigen::VectorXd expected_gradient = gradient.head<7>() - gain * gradient.tail<5>();
   EXPECT_TRUE(test::jacobian_agrees(normal.information.topLeftCorner<7, 7>(), expected, 1e-9));
   EXPECT_TRUE(test::jacobian_agrees(normal.gradient.head<7>(), expected_gradient, 1e-9));
 }

@@ -53,7 +53,7 @@ inline constexpr auto blob_fields = fields_of<Blob>(
     field("rim", &Blob::rim, nullptr, Unrestricted{},
           "(n, 5) sub-pixel rim: x, y, outward unit normal x, y, standard deviation along it [px]"),
     field("rim_covariance_px2", &Blob::rim_covariance_px2, "px^2", Unrestricted{},
-          "covariance of the errors common to all rim points: growth along the normals, shift in "
-          "x, shift in y"));
+          "(5, 5) covariance of the errors common to all rim points: growth along the normals, "
+          "shift in x and in y, stretch along x and along the diagonal"));
 
 }  // namespace occ::internal::core

@@ -60,6 +60,10 @@ class Plateau {
   /// Variance of the mean level along the rim, for unit variance of the pixels.
   double rim_level_variance() const { return rim_level_variance_; }
 
+  /// Covariance of the parts of the level along the rim that vary with n_x^2 - n_y^2 and 2 n_x n_y,
+  /// for its normal n and unit variance of the pixels.
+  const Eigen::Matrix2d& rim_stretch_covariance() const { return rim_stretch_covariance_; }
+
   static constexpr int max_degree = 5;
 
  private:
@@ -84,6 +88,7 @@ class Plateau {
   double variance_ = 0;
   Eigen::Matrix2d gradient_covariance_ = Eigen::Matrix2d::Zero();
   double rim_level_variance_ = 0;
+  Eigen::Matrix2d rim_stretch_covariance_ = Eigen::Matrix2d::Zero();
 };
 
 }  // namespace occ::internal::detect

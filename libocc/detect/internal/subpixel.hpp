@@ -32,8 +32,8 @@ inline constexpr double clipped_share = 0.97;
 struct Rim {
   std::vector<RimPoint> points;
   EllipseFit fit;
-  Eigen::Matrix3d common_covariance_px2 =
-      Eigen::Matrix3d::Zero();                                   ///< see Blob::rim_covariance_px2
+  RimErrorCovariance common_covariance_px2 =
+      RimErrorCovariance::Zero();                                ///< see Blob::rim_covariance_px2
   Eigen::Matrix2d light_response_px2 = Eigen::Matrix2d::Zero();  ///< see Blob::light_response_px2
   double blur_px = 0;   ///< sigma of the edge, pixel box included; 0 when saturated
   bool merged = false;  ///< the outline is not one ellipse; `points` is empty then

@@ -62,8 +62,7 @@ Blob striped_blob(const LinearImage& image, const DetectOptions& options, bool c
   for (const StripeRimPoint& p : lamp.shape.rim)
     blob.rim.push_back({to_xy(p.at, columns), to_xy(p.normal, columns), lamp.shape.rim_sigma_px});
   const double shift = lamp.shape.rim_shift_variance_px2;
-  blob.rim_covariance_px2 =
-      Eigen::Vector3d(lamp.shape.rim_growth_variance_px2, shift, shift).asDiagonal();
+  blob.rim_covariance_px2.diagonal().head<3>() << lamp.shape.rim_growth_variance_px2, shift, shift;
   return blob;
 }
 

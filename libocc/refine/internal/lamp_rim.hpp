@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // One lamp's rim in the normal equations. Residuals: r = (d - growth - n . s) / sigma, with d the
 // distance along the measured normal n, and s the shift by the gradient of the lamp's light. An
-// error o ~ N(0, S) common to the lamp (growth of its rim and an offset in the image) adds v . o /
-// sigma to each residual, v = (1, n). It is eliminated in closed form (Woodbury):
+// error o ~ N(0, S) common to the lamp (Blob::rim_covariance_px2: growth of its rim, shift and
+// stretch) adds v . o / sigma to each residual, v = (1, n_x, n_y, n_x^2 - n_y^2, 2 n_x n_y). It is
+// eliminated in closed form (Woodbury):
 //     r^T (I + V S V^T)^-1 r = r^T r - u^T (S^-1 + N)^-1 u,   V = v / sigma, u = V^T r, N = V^T V.
 //
 // Errors e of the lamp in the scene (scene_errors.hpp) are eliminated in the same way, with the
@@ -48,7 +49,8 @@ class LampRim {
   const LampError& unit_error() const { return next_unit_error_; }
 
  private:
-  using Products = Eigen::Matrix<double, 11, 11>;
+  static constexpr int commons = 5, rows = 8 + commons;
+  using Products = Eigen::Matrix<double, rows, rows>;
 
   bool has_errors() const { return lamp_.errors || all_.camera_errors.count() > 0; }
   LampInCam lamp_at(const Rigid3& cam_from_world) const;
@@ -74,14 +76,14 @@ class LampRim {
 
   // One column for each point: d residual / d (rotation of the lamp, shift of its centre, growth),
   // the residual, and v / sigma.
-  using Rows = Eigen::Matrix<double, 11, Eigen::Dynamic>;
+  using Rows = Eigen::Matrix<double, rows, Eigen::Dynamic>;
   Rows rows_, weighted_;
   Eigen::VectorXd weights_;  // 0 for a lost one
 
   Eigen::Vector3d arm_ = Eigen::Vector3d::Zero();  // from the pivot to the lamp's centre
   int lost_ = 0;
-  double threshold_ = 0;                                   // corner of Huber's loss
-  Eigen::Matrix3d common_gain_ = Eigen::Matrix3d::Zero();  // (S^-1 + N)^-1
+  double threshold_ = 0;                                         // corner of Huber's loss
+  RimErrorCovariance common_gain_ = RimErrorCovariance::Zero();  // (S^-1 + N)^-1
 
   Eigen::Matrix3d shift_information_ = Eigen::Matrix3d::Zero();
   Eigen::Vector3d shift_gradient_ = Eigen::Vector3d::Zero();
@@ -92,7 +94,7 @@ class LampRim {
   Eigen::Matrix<double, 6, 7> unit_motion_;  // see unit_motion()
   Eigen::RowVectorXd seen_, back_;           // residuals r(e0), and (d r / d e) e0
   Eigen::MatrixXd by_camera_;  // a column for each point: d residual / d errors of the camera
-  Eigen::Matrix3d common_root_ = Eigen::Matrix3d::Zero();  // of S
+  RimErrorCovariance common_root_ = RimErrorCovariance::Zero();  // of S
 };
 
 }  // namespace occ::internal::refine

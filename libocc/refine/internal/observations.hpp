@@ -29,7 +29,7 @@ struct LampObservation {
   const Blob* blob;
   std::size_t rim_begin = 0, rim_end = 0;  ///< in Observations::rim; equal without a usable rim
   /// Covariance of the errors common to its rim: growth, x, y.
-  Eigen::Matrix3d common_covariance_px2 = Eigen::Matrix3d::Zero();
+  RimErrorCovariance common_covariance_px2 = RimErrorCovariance::Zero();
   bool has_centroid = false;  ///< its centroid is that of the whole lamp
   bool contradicts = false;   ///< left out as a gross error
   Eigen::Matrix2d centroid_information = Eigen::Matrix2d::Zero();  ///< includes the model error
