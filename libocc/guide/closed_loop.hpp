@@ -12,6 +12,7 @@
 #include <cstdint>
 #include <functional>
 #include <limits>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -66,6 +67,28 @@ struct LIBOCC_API LoopFaults {
   void validate() const;  ///< throws std::invalid_argument naming the field and its value
 };
 
+/// Differences of the simulated world from the scene and the options, which the estimator believes;
+/// none by default.
+struct LIBOCC_API WorldErrors {
+  /// Standard deviation of the errors of all lamps' positions along each axis, drawn from the seed.
+  double map_sigma_m = 0;
+  /// Errors of the camera's parameters by name, e.g. {"k1", -0.005}: true minus believed value.
+  std::map<std::string, double> lens;
+  /// Rotation vector and shift of the camera from its believed mount, in its own axes.
+  Eigen::Vector3d mount_rotation_rad = Eigen::Vector3d::Zero();
+  Eigen::Vector3d mount_shift_m = Eigen::Vector3d::Zero();
+  /// Time stamps minus capture times. Images arrive when they are stamped or later.
+  double clock_s = 0;
+  /// Amplitudes of the floor's waves (of roll and pitch, and of the height), and their length.
+  double floor_tilt_rad = 0, floor_height_m = 0, floor_wave_m = 1;
+  double exposure = 1;         ///< true over believed exposure time
+  double ambient_w_m2 = 0;     ///< further irradiance of the sensor by other light than the lamps'
+  double ambient_flicker = 0;  ///< its relative amplitude, the same in all lines of an image
+  double flicker_hz = 100;     ///< its frequency
+
+  void validate() const;  ///< throws std::invalid_argument naming the field and its value
+};
+
 /// Source of the pose estimate.
 enum class LoopEstimation {
   tracker,  ///< tracker on a floor, see track/tracker.hpp
@@ -107,6 +130,7 @@ struct LIBOCC_API LoopOptions {
   double max_s = 600;      ///< maximum duration of the run
   double max_lost_s = 10;  ///< maximum time without a pose, after which the run ends
   LoopFaults faults;       ///< disturbances; none by default
+  WorldErrors world;       ///< what differs from the scene and the options; nothing by default
   std::uint64_t seed = 0;  ///< for image noise, wheel errors and lost images
 
   void validate() const;  ///< throws std::invalid_argument naming the field and its value
@@ -160,6 +184,7 @@ struct LoopMetrics {
   double cross_track_rmse_m = 0, cross_track_max_m = 0;
   /// Error of the estimated position, from the first image on.
   double position_rmse_m = 0, position_max_m = 0;
+  double position_sigma_m = 0;  ///< stated for it: root of the mean trace of its covariance
   /// Error of the estimate, from the first image on.
   double heading_rmse_rad = 0, heading_max_rad = 0;
   PlanarPose final_error;  ///< true pose at the end, relative to the dock or the route's end
@@ -197,8 +222,8 @@ using LoopObserver = std::function<bool(const LoopRecord&)>;
 
 /// Runs the simulation. `scene.camera` is the vehicle's camera. The same seed gives the same run,
 /// except for processing times. Throws std::invalid_argument if the scene or the options are
-/// invalid, the route is not free, a failing lamp is not in the scene, or the start is inside a
-/// wall.
+/// invalid, the route is not free, a failing lamp is not in the scene, the camera does not have a
+/// parameter of `world.lens`, or the start is inside a wall.
 LIBOCC_API LoopResult closed_loop(const Scene& scene, const Route& route,
                                   const LoopOptions& options = {},
                                   const MakeEstimator& make_estimator = {},

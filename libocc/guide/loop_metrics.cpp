@@ -43,7 +43,7 @@ void add_route(const LoopResult& result, LoopMetrics& metrics) {
 
 void add_estimates(const LoopResult& result, double dt_s, LoopMetrics& metrics) {
   Spread position, heading;
-  double nees = 0;
+  double nees = 0, variance_m2 = 0;
   int counted = 0;
   bool seen = false;  // before the first image the estimate is the given start pose
   for (const LoopRecord& record : result.records) {
@@ -59,6 +59,7 @@ void add_estimates(const LoopResult& result, double dt_s, LoopMetrics& metrics) 
     const Eigen::LLT<Eigen::Matrix3d> root(record.estimate.covariance);
     if (root.info() != Eigen::Success) continue;
     nees += error.dot(root.solve(error));
+    variance_m2 += record.estimate.covariance.topLeftCorner<2, 2>().trace();
     ++counted;
   }
   metrics.position_rmse_m = position.rms();
@@ -66,6 +67,7 @@ void add_estimates(const LoopResult& result, double dt_s, LoopMetrics& metrics) 
   metrics.heading_rmse_rad = heading.rms();
   metrics.heading_max_rad = heading.max;
   metrics.nees = counted ? nees / counted : 0;
+  metrics.position_sigma_m = counted ? std::sqrt(variance_m2 / counted) : 0;
 }
 
 /// Evaluates images in the order of capture; repeated ones count once.

@@ -47,6 +47,24 @@ void LoopFaults::validate() const {
   });
 }
 
+void WorldErrors::validate() const {
+  require_not_negative(map_sigma_m, "map_sigma_m");
+  for (const auto& [name, error] : lens)
+    require(std::isfinite(error), "lens." + name, error, "finite");
+  require(mount_rotation_rad.allFinite(), "mount_rotation_rad", mount_rotation_rad.transpose(),
+          "finite");
+  require(mount_shift_m.allFinite(), "mount_shift_m", mount_shift_m.transpose(), "finite");
+  require_not_negative(clock_s, "clock_s");
+  require_not_negative(floor_tilt_rad, "floor_tilt_rad");
+  require_not_negative(floor_height_m, "floor_height_m");
+  require_positive(floor_wave_m, "floor_wave_m");
+  require_positive(exposure, "exposure");
+  require_not_negative(ambient_w_m2, "ambient_w_m2");
+  require(ambient_flicker >= 0 && ambient_flicker <= 1, "ambient_flicker", ambient_flicker,
+          "in [0, 1]");
+  require_positive(flicker_hz, "flicker_hz");
+}
+
 void LoopOptions::validate() const {
   vehicle.validate();
   pure_pursuit.validate();
@@ -54,6 +72,7 @@ void LoopOptions::validate() const {
   docking.validate();
   tracker.validate();
   faults.validate();
+  world.validate();
   require_positive(vehicle_height_m, "vehicle_height_m");
   require(camera_place_m.allFinite(), "camera_place_m", camera_place_m.transpose(), "finite");
   require(std::isfinite(camera_pan_rad), "camera_pan_rad", camera_pan_rad, "finite");

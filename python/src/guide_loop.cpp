@@ -46,6 +46,36 @@ void define_faults(py::module_& m) {
           field("clock_jumps", &F::clock_jumps, "list of ClockJump")));
 }
 
+void define_world(py::module_& m) {
+  using W = WorldErrors;
+  define_documented<W>(
+      m, "WorldErrors",
+      "Differences of the simulated world from the scene and the options; none by default.",
+      std::make_tuple(
+          field("map_sigma_m", &W::map_sigma_m,
+                "standard deviation of the lamps' positions along each axis, drawn from the seed "
+                "[m]"),
+          field("lens", &W::lens,
+                "dict of errors of the camera's parameters by name: true minus believed value"),
+          field(
+              "mount_rotation_rad", &W::mount_rotation_rad,
+              "(3,) rotation vector of the camera from its believed mount, in its own axes [rad]"),
+          field("mount_shift_m", &W::mount_shift_m, "(3,) shift of the camera, likewise [m]"),
+          field(
+              "clock_s", &W::clock_s,
+              "time stamps minus capture times; images arrive when they are stamped or later [s]"),
+          field("floor_tilt_rad", &W::floor_tilt_rad,
+                "amplitude of roll and pitch on the floor's waves [rad]"),
+          field("floor_height_m", &W::floor_height_m, "amplitude of their height [m]"),
+          field("floor_wave_m", &W::floor_wave_m, "their length [m]"),
+          field("exposure", &W::exposure, "true over believed exposure time"),
+          field("ambient_w_m2", &W::ambient_w_m2,
+                "further irradiance of the sensor by other light than the lamps' [W/m^2]"),
+          field("ambient_flicker", &W::ambient_flicker,
+                "its relative amplitude, the same in all lines of an image"),
+          field("flicker_hz", &W::flicker_hz, "its frequency [Hz]")));
+}
+
 /// Options of the tracker that are relevant for a loop.
 auto tracker_fields() {
   using T = TrackerOptions;
@@ -56,7 +86,11 @@ auto tracker_fields() {
       field("coast_s", &T::coast_s, "maximum duration of prediction without lamps [s]"),
       field("coast_sigma_m", &T::coast_sigma_m, "maximum sigma of the prediction [m]"),
       field("confirmations", &T::confirmations,
-            "number of images that must agree on an unexpected pose"));
+            "number of images that must agree on an unexpected pose"),
+      field("mount_sigma_rad", &T::mount_sigma_rad,
+            "constant error of the camera's rotation on the vehicle about each of its axes [rad]"),
+      field("mount_sigma_m", &T::mount_sigma_m, "of its position along each of its axes [m]"),
+      field("clock_sigma_s", &T::clock_sigma_s, "constant error of the time stamps [s]"));
 }
 
 auto loop_fields() {
@@ -90,7 +124,7 @@ auto loop_fields() {
                 "standard deviation of the initial heading error [rad]"),
           field("max_s", &O::max_s, "maximum duration of the run [s]"),
           field("max_lost_s", &O::max_lost_s, "maximum time without a pose [s]"),
-          field("faults", &O::faults, "LoopFaults"),
+          field("faults", &O::faults, "LoopFaults"), field("world", &O::world, "WorldErrors"),
           field("seed", &O::seed, "seed of all random numbers")),
       fields_within(&O::tracker, tracker_fields()));
 }
@@ -106,6 +140,8 @@ void define_metrics(py::module_& m) {
           field("cross_track_max_m", &M::cross_track_max_m, "[m]"),
           field("position_rmse_m", &M::position_rmse_m, "error of the estimate [m]"),
           field("position_max_m", &M::position_max_m, "[m]"),
+          field("position_sigma_m", &M::position_sigma_m,
+                "stated for it: root of the mean trace of its covariance [m]"),
           field("heading_rmse_rad", &M::heading_rmse_rad, "[rad]"),
           field("heading_max_rad", &M::heading_max_rad, "[rad]"),
           field("final_error", &M::final_error,
@@ -262,6 +298,7 @@ void define_enums(py::module_& m) {
 void define_closed_loop(py::module_& m) {
   define_enums(m);
   define_faults(m);
+  define_world(m);
   define_documented<LoopOptions>(m, "LoopOptions", "Options of closed_loop().", loop_fields());
   define_metrics(m);
   define_result_class(m);

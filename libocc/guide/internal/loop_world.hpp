@@ -3,8 +3,10 @@
 // camera.
 #pragma once
 
+#include <Eigen/Core>
 #include <deque>
 #include <map>
+#include <utility>
 #include <vector>
 
 #include "libocc/core/random.hpp"
@@ -23,6 +25,10 @@ struct Capture {
   std::vector<int> dark;  ///< indices of lamps that have failed
   Rendered rendered;
 };
+
+/// The scene with the errors of the world. Throws std::invalid_argument that names a parameter
+/// that the camera does not have.
+Scene real_scene(const Scene& believed, const WorldErrors& world, std::uint64_t seed);
 
 class LoopWorld {
  public:
@@ -51,17 +57,22 @@ class LoopWorld {
   void render(Capture& capture, int number, const Rigid3& cam_from_world, const Vector6& velocity);
   std::vector<int> dark_lamps(double time_s) const;
   PlanarOdometry with_faults(PlanarOdometry step) const;
-  Renderer& renderer_without(const std::vector<int>& dark);
+  Renderer& renderer_of(const std::vector<int>& dark, int phase);
+  Rigid3 real_body(const PlanarPose& pose) const;
+  int flicker_phase(double time_s) const;
 
-  Scene scene_;
+  Scene scene_;  // the real one
   const LoopOptions& options_;
+  Rigid3 mount_error_;  // of the camera
+  Eigen::Matrix<double, 5, 1> floor_phases_rad_;
   DriveState state_;
   DriveLimited limited_;
   double pan_rad_ = 0, tilt_rad_ = 0;
   Random driving_, frames_;
   int next_frame_ = 1;
   std::deque<Capture> in_transit_;
-  std::map<std::vector<int>, Renderer> renderers_;  // by the set of dark lamps
+  // By the set of dark lamps and the phase of the flicker.
+  std::map<std::pair<std::vector<int>, int>, Renderer> renderers_;
   std::map<std::vector<int>, std::vector<Rendered>>
       spare_;  // buffers for reuse, by the set of dark lamps
 };

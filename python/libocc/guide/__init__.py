@@ -41,6 +41,7 @@ from .._core import (
     RouteWaypoint,
     StanleyOptions,
     Vehicle,
+    WorldErrors,
     camera_on_vehicle,
     closed_loop,
     dock,
@@ -63,6 +64,6 @@ __all__ = [
     "LoopEstimation", "LoopFaults", "LoopMetrics", "LoopOptions", "LoopOutcome", "LoopResult", "OdometryFault",
     "PaceOptions", "PanTiltPlan", "PanTiltResult", "PlanStatus", "PlanarPose", "PurePursuitOptions", "Route",
     "RouteConflict", "RoutePlace", "RoutePlan", "RouteShape", "RouteWaypoint", "StanleyOptions", "Vehicle",
-    "camera_on_vehicle", "closed_loop", "dock", "drive", "heading_rad", "load_experiment", "load_route",
+    "WorldErrors", "camera_on_vehicle", "closed_loop", "dock", "drive", "heading_rad", "load_experiment", "load_route",
     "plan_pan_tilt", "plan_route", "pure_pursuit", "route_conflicts", "stanley", "view_gaps", "visibility",
 ]

@@ -27,6 +27,7 @@ from .._core import (
     Scene,
     StanleyOptions,
     Vehicle,
+    WorldErrors,
 )
 from ..maps import with_focal_length
 from ..yaml_files import read_yaml, refuse_unknown
@@ -39,15 +40,19 @@ SCHEMA = "libocc-experiment/1"
 FAULTS = {"lamp_failures": LampFailure, "odometry_faults": OdometryFault, "clock_jumps": ClockJump}
 SECTIONS = (
     "schema", "scene", "focal_length_m", "route", "plan", "runs", "seed", "vehicle", "controller", "docking", "camera",
-    "tracker", "estimation", "faults", "docking_test", "start",
+    "tracker", "estimation", "faults", "world", "docking_test", "start",
 )
 # Fields of LoopOptions that belong to other sections.
 ELSEWHERE = {
     "vehicle", "follower", "pure_pursuit", "stanley", "docking", "estimation", "camera_place_m", "camera_pan_rad",
-    "camera_tilt_rad", "pan_tilt", "start", "faults", "seed", "floor", "gate_sigma", "gate_model_sigma_px", "coast_s",
-    "coast_sigma_m", "confirmations",
+    "camera_tilt_rad", "pan_tilt", "start", "faults", "world", "seed", "floor", "gate_sigma", "gate_model_sigma_px",
+    "coast_s", "coast_sigma_m", "confirmations", "mount_sigma_rad", "mount_sigma_m", "clock_sigma_s",
 }
-OF_TRACKER = ("floor", "gate_sigma", "gate_model_sigma_px", "coast_s", "coast_sigma_m", "confirmations")
+# The section `tracker`: its keys are those of Tracker, so mount_sigma_rad is in radians.
+OF_TRACKER = (
+    "floor", "gate_sigma", "gate_model_sigma_px", "coast_s", "coast_sigma_m", "confirmations", "mount_sigma_rad",
+    "mount_sigma_m", "clock_sigma_s",
+)
 
 
 @dataclass(frozen=True)
@@ -147,6 +152,7 @@ def loop_of(top: dict[str, Any], options: list[str]) -> dict[str, Any]:
     if "estimation" in top:
         loop["estimation"] = chosen(top["estimation"], LoopEstimation, "estimation")
     loop["faults"] = faults_of(mapping(top.get("faults"), "faults"))
+    loop["world"] = world_of(mapping(top.get("world"), "world"))
     if "start" in top:
         loop["start"] = pose_of(top["start"], "start")
     seed = top.get("seed", 0)
@@ -185,7 +191,7 @@ def camera_of(section: dict[str, Any]) -> dict[str, Any]:
 
 
 def tracker_of(section: dict[str, Any]) -> dict[str, Any]:
-    refuse_unknown(section, [key_of(name) for name in OF_TRACKER], "tracker")
+    refuse_unknown(section, OF_TRACKER, "tracker")
     values = {k: v for k, v in section.items() if k != "floor"}
     if "floor" in section:
         where = "tracker.floor"
@@ -204,6 +210,15 @@ def faults_of(section: dict[str, Any]) -> LoopFaults:
         given[key] = [fault_of(key, item, f"faults.{key}[{i}]") for i, item in enumerate(items)]
     rest = {k: v for k, v in section.items() if k not in given}
     return made(LoopFaults, values_of(rest, LoopFaults, "faults", given), "faults")
+
+
+def world_of(section: dict[str, Any]) -> WorldErrors:
+    given: dict[str, Any] = {}
+    if "lens" in section:
+        lens = mapping(section["lens"], "world.lens")
+        given["lens"] = {str(name): number(error, f"world.lens.{name}") for name, error in lens.items()}
+    rest = {key: value for key, value in section.items() if key not in given}
+    return made(WorldErrors, values_of(rest, WorldErrors, "world", given), "world")
 
 
 def fault_of(key: str, item: Any, where: str) -> Any:

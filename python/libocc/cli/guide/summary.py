@@ -15,6 +15,7 @@ SHOWN = (
     ("cross_track_rmse_m", "cross-track RMSE", "mm", 1e3),
     ("cross_track_max_m", "cross-track max", "mm", 1e3),
     ("position_rmse_m", "position error RMSE", "mm", 1e3),
+    ("position_sigma_m", "position sigma", "mm", 1e3),
     ("heading_rmse_rad", "heading error RMSE", "deg", 1 / DEGREE),
     ("final_position_error_m", "final position error", "mm", 1e3),
     ("final_heading_error_rad", "final heading error", "deg", 1 / DEGREE),

@@ -22,6 +22,7 @@ from ..._core import (
     RouteShape,
     StanleyOptions,
     Vehicle,
+    WorldErrors,
 )
 from ...guide import experiment as files, planning, route_file as routes
 from ...guide.sections import fields_of, key_of
@@ -60,6 +61,7 @@ def experiment() -> Schema:
         "tracker": tracker(),
         "estimation": words(*LoopEstimation.__members__),
         "faults": faults(),
+        "world": world(),
         "docking_test": mapping(
             dict.fromkeys(("position_m", "heading_deg", "probability", "confidence"), NUMBER), may_be_empty=True
         ),
@@ -133,9 +135,18 @@ def controller() -> Schema:
 
 def tracker() -> Schema:
     loop = LoopOptions()
-    skip = [field for field in fields_of(LoopOptions) if field not in files.OF_TRACKER or field == "floor"]
+    own = ("floor", "mount_sigma_rad")  # not in degrees, as in Tracker
+    skip = [field for field in fields_of(LoopOptions) if field not in files.OF_TRACKER or field in own]
     floor = mapping(of_struct(PlanarFilterOptions()), may_be_empty=True)
-    return mapping({**of_struct(loop, skip=skip), "floor": floor}, may_be_empty=True)
+    return mapping({**of_struct(loop, skip=skip), "floor": floor, "mount_sigma_rad": NUMBER}, may_be_empty=True)
+
+
+def world() -> Schema:
+    lens = {"type": ["object", "null"], "additionalProperties": NUMBER}
+    return mapping(
+        {**of_struct(WorldErrors(), skip=["lens"]), "lens": described(lens, "errors of camera parameters by name")},
+        may_be_empty=True,
+    )
 
 
 def faults() -> Schema:
