@@ -67,21 +67,22 @@ struct LIBOCC_API LoopFaults {
   void validate() const;  ///< throws std::invalid_argument naming the field and its value
 };
 
-/// Differences of the simulated world from the scene and the options, which the estimator believes;
+/// Differences of the simulated world from the scene and the options, which the estimator assumes;
 /// none by default.
 struct LIBOCC_API WorldErrors {
   /// Standard deviation of the errors of all lamps' positions along each axis, drawn from the seed.
   double map_sigma_m = 0;
-  /// Errors of the camera's parameters by name, e.g. {"k1", -0.005}: true minus believed value.
+  /// Errors of the camera's parameters by name, e.g. {"k1", -0.005}: true minus assumed value.
   std::map<std::string, double> lens;
-  /// Rotation vector and shift of the camera from its believed mount, in its own axes.
+  /// Rotation vector of the camera from its assumed mount, in its own axes.
   Eigen::Vector3d mount_rotation_rad = Eigen::Vector3d::Zero();
+  /// Its shift, likewise.
   Eigen::Vector3d mount_shift_m = Eigen::Vector3d::Zero();
   /// Time stamps minus capture times. Images arrive when they are stamped or later.
   double clock_s = 0;
   /// Amplitudes of the floor's waves (of roll and pitch, and of the height), and their length.
   double floor_tilt_rad = 0, floor_height_m = 0, floor_wave_m = 1;
-  double exposure = 1;         ///< true over believed exposure time
+  double exposure = 1;         ///< true over assumed exposure time
   double ambient_w_m2 = 0;     ///< further irradiance of the sensor by other light than the lamps'
   double ambient_flicker = 0;  ///< its relative amplitude, the same in all lines of an image
   double flicker_hz = 100;     ///< its frequency
@@ -130,7 +131,7 @@ struct LIBOCC_API LoopOptions {
   double max_s = 600;      ///< maximum duration of the run
   double max_lost_s = 10;  ///< maximum time without a pose, after which the run ends
   LoopFaults faults;       ///< disturbances; none by default
-  WorldErrors world;       ///< what differs from the scene and the options; nothing by default
+  WorldErrors world;       ///< differences of the simulated world; none by default
   std::uint64_t seed = 0;  ///< for image noise, wheel errors and lost images
 
   void validate() const;  ///< throws std::invalid_argument naming the field and its value

@@ -23,11 +23,11 @@ double towards(double now, double aim, double most) {
 }
 
 /// Distortion coefficients that the camera does not have are added.
-Camera real_camera(const Camera& believed, const std::map<std::string, double>& errors) {
+Camera real_camera(const Camera& assumed, const std::map<std::string, double>& errors) {
   std::map<std::string, double> any_sigma;
   for (const auto& [name, error] : errors) any_sigma[name] = 1;
   try {
-    const Camera camera = believed.with_parameter_sigmas(any_sigma);
+    const Camera camera = assumed.with_parameter_sigmas(any_sigma);
     const std::vector<CameraParameter> parameters = camera.parameters();
     Eigen::VectorXd values(static_cast<Eigen::Index>(parameters.size()));
     for (std::size_t i = 0; i < parameters.size(); ++i) {
@@ -43,9 +43,9 @@ Camera real_camera(const Camera& believed, const std::map<std::string, double>& 
 
 }  // namespace
 
-Scene real_scene(const Scene& believed, const WorldErrors& world, std::uint64_t seed) {
-  Scene real = believed;
-  if (!world.lens.empty()) real.camera = real_camera(believed.camera, world.lens);
+Scene real_scene(const Scene& assumed, const WorldErrors& world, std::uint64_t seed) {
+  Scene real = assumed;
+  if (!world.lens.empty()) real.camera = real_camera(assumed.camera, world.lens);
   Random random(seed, 4);
   if (world.map_sigma_m > 0)
     for (Lamp& lamp : real.lamps)

@@ -80,8 +80,6 @@ class TrackerEstimator : public LoopEstimator {
 TrackerOptions floor_tracker() {
   TrackerOptions options;
   options.floor.emplace();
-  options.floor->height_sigma_m = 2e-4;
-  options.floor->tilt_sigma_rad = 2e-4;
   return options;
 }
 

@@ -27,8 +27,10 @@ namespace occ {
 /// Options of a PlanarFilter.
 struct LIBOCC_API PlanarFilterOptions {
   double height_m = 0;           ///< height of the body's origin above the world's z = 0
-  double height_sigma_m = 1e-3;  ///< unevenness of the floor from image to image
-  double tilt_sigma_rad = 1e-3;  ///< standard deviation of roll and of pitch
+  /// Standard deviations of the floor: of its height, and of roll and pitch from image to image.
+  /// Default: half of the flatness limit of a usual floor, 4 mm over a metre (DIN 18202, table 3,
+  /// line 3).
+  double height_sigma_m = 2e-3, tilt_sigma_rad = 2e-3;
   /// Process noise: root spectral density of the acceleration without odometry, forward, sideways,
   /// about the vertical axis [m/s^2/sqrt(Hz), rad/s^2/sqrt(Hz)]. Within one second the velocity
   /// changes by 0.5 m/s forward and 0.1 m/s sideways, as of an indoor vehicle that cannot slip far.

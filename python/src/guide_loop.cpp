@@ -3,6 +3,7 @@
 #include <pybind11/functional.h>
 
 #include "fields.hpp"
+#include "guide_estimator.hpp"
 #include "libocc/guide/closed_loop.hpp"
 #include "module.hpp"
 #include "results.hpp"
@@ -56,10 +57,9 @@ void define_world(py::module_& m) {
                 "standard deviation of the lamps' positions along each axis, drawn from the seed "
                 "[m]"),
           field("lens", &W::lens,
-                "dict of errors of the camera's parameters by name: true minus believed value"),
-          field(
-              "mount_rotation_rad", &W::mount_rotation_rad,
-              "(3,) rotation vector of the camera from its believed mount, in its own axes [rad]"),
+                "dict of errors of the camera's parameters by name: true minus assumed value"),
+          field("mount_rotation_rad", &W::mount_rotation_rad,
+                "(3,) rotation vector of the camera from its assumed mount, in its own axes [rad]"),
           field("mount_shift_m", &W::mount_shift_m, "(3,) shift of the camera, likewise [m]"),
           field(
               "clock_s", &W::clock_s,
@@ -68,7 +68,7 @@ void define_world(py::module_& m) {
                 "amplitude of roll and pitch on the floor's waves [rad]"),
           field("floor_height_m", &W::floor_height_m, "amplitude of their height [m]"),
           field("floor_wave_m", &W::floor_wave_m, "their length [m]"),
-          field("exposure", &W::exposure, "true over believed exposure time"),
+          field("exposure", &W::exposure, "true over assumed exposure time"),
           field("ambient_w_m2", &W::ambient_w_m2,
                 "further irradiance of the sensor by other light than the lamps' [W/m^2]"),
           field("ambient_flicker", &W::ambient_flicker,
@@ -89,7 +89,7 @@ auto tracker_fields() {
             "number of images that must agree on an unexpected pose"),
       field("mount_sigma_rad", &T::mount_sigma_rad,
             "constant error of the camera's rotation on the vehicle about each of its axes [rad]"),
-      field("mount_sigma_m", &T::mount_sigma_m, "of its position along each of its axes [m]"),
+      field("mount_sigma_m", &T::mount_sigma_m, "constant error of its position along each of its axes [m]"),
       field("clock_sigma_s", &T::clock_sigma_s, "constant error of the time stamps [s]"));
 }
 
@@ -299,22 +299,28 @@ void define_closed_loop(py::module_& m) {
   define_enums(m);
   define_faults(m);
   define_world(m);
+  define_estimated_pose(m);
   define_documented<LoopOptions>(m, "LoopOptions", "Options of closed_loop().", loop_fields());
   define_metrics(m);
   define_result_class(m);
   m.def(
       "closed_loop",
       [](const Scene& scene, const Route& route, const LoopOptions& options,
-         const std::optional<Observer>& observer) {
+         const std::optional<Observer>& observer,
+         const std::optional<EstimatorFactory>& make_estimator) {
         py::gil_scoped_release unlocked;
-        return closed_loop(scene, route, options, {}, observing(observer, options.control_rate_hz));
+        return closed_loop(scene, route, options, estimators_of(make_estimator),
+                           observing(observer, options.control_rate_hz));
       },
       py::arg("scene"), py::arg("route"), py::arg_v("options", LoopOptions{}, "LoopOptions()"),
-      py::arg("observer") = py::none(),
+      py::arg("observer") = py::none(), py::arg("make_estimator") = py::none(),
       R"(Simulates a vehicle on a route: world, rendered image, pose estimate, controller, world.
 
 scene.camera is the vehicle's camera. observer(time_s, along_m) is called ten times per simulated
-second; returning False ends the run. Returns: LoopResult; the same seed gives the same run.
+second; returning False ends the run. make_estimator(scene) replaces the estimator: it returns an
+object with the methods start(time_s, pose, covariance), add_odometry(step),
+add_image(image, captured_s, now_s, cam_from_body) and at(time_s), of which the last two return an
+EstimatedPose. Returns: LoopResult; the same seed gives the same run.
 Raises: ValueError naming the option, or the conflict of the route with a wall or box.
 
 >>> import libocc as occ

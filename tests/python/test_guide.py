@@ -198,3 +198,88 @@ def test_bad_route_files_are_rejected(tmp_path, text, message):
     with pytest.raises(ValueError, match=message) as caught:
         load_route(str(path))
     assert str(path) in str(caught.value)
+
+
+class DeadReckoning:
+    """An estimator of odometry alone, and of what it was given."""
+
+    def __init__(self, scene):
+        self.lamps = len(scene.lamps)
+        self.images = []
+
+    def start(self, time_s, pose, covariance):
+        self.time_s, self.pose, self.covariance = time_s, pose, covariance
+
+    def add_odometry(self, step):
+        turn = self.pose.heading_rad
+        forward, left = step.increment.x_m, step.increment.y_m
+        self.pose = occ.guide.PlanarPose(
+            x_m=self.pose.x_m + math.cos(turn) * forward - math.sin(turn) * left,
+            y_m=self.pose.y_m + math.sin(turn) * forward + math.cos(turn) * left,
+            heading_rad=turn + step.increment.heading_rad,
+        )
+        self.time_s = step.to_s
+
+    def add_image(self, image, captured_s, now_s, cam_from_body):
+        self.images.append((image.shape, now_s - captured_s, cam_from_body.shape))
+        return self.at(now_s)
+
+    def at(self, time_s):
+        return occ.guide.EstimatedPose(
+            time_s=time_s, pose=self.pose, covariance=self.covariance, state=occ.TrackerState.tracking
+        )
+
+
+def test_a_loop_with_an_estimator_in_python(scene):
+    made = []
+
+    def make(of):
+        made.append(DeadReckoning(of))
+        return made[-1]
+
+    route = occ.guide.Route([[1.6, 1.6], [2.4, 1.6]])
+    options = occ.guide.LoopOptions(start_sigma_m=1e-4, start_sigma_rad=1e-4)
+    run = occ.guide.closed_loop(scene, route, options, make_estimator=make)
+    assert run.ok, run.message
+    assert run.metrics.cross_track_max_m < 1e-3  # without noise, odometry is exact
+    (estimator,) = made
+    assert estimator.lamps == len(scene.lamps)
+    assert {(shape, mount) for shape, _, mount in estimator.images} == {((480, 640), (4, 4))}
+    assert len(estimator.images) > 10
+
+    class Broken(DeadReckoning):
+        def at(self, time_s):
+            raise RuntimeError("no pose today")
+
+    with pytest.raises(RuntimeError, match="no pose today"):
+        occ.guide.closed_loop(scene, route, options, make_estimator=Broken)
+
+
+def test_the_world_of_an_experiment(tmp_path, scene):
+    way = "route: {waypoints: [{x_m: 1.6, y_m: 1.6}, {x_m: 2.4, y_m: 1.6}]}"
+    head = f"schema: libocc-experiment/1\nscene: kookmin_four_lamps\n{way}\n"
+
+    def read(text):
+        path = tmp_path / "e.yaml"
+        path.write_text(head + text)
+        return occ.guide.load_experiment(str(path)).options
+
+    world = read(
+        "world: {map_sigma_m: 0.003, lens: {k1: -0.005}, mount_rotation_deg: [0.5, 0, 0], "
+        "floor_tilt_deg: 0.1, clock_s: 0.02}\n"
+    ).world
+    assert (world.map_sigma_m, world.lens, world.clock_s) == (0.003, {"k1": -0.005}, 0.02)
+    assert world.mount_rotation_rad == pytest.approx([math.radians(0.5), 0, 0])
+    assert world.floor_tilt_rad == pytest.approx(math.radians(0.1))
+    options = read("tracker: {mount_sigma_rad: 0.003, mount_sigma_m: 0.002, clock_sigma_s: 0.005}\n")
+    assert (options.mount_sigma_rad, options.mount_sigma_m, options.clock_sigma_s) == (0.003, 0.002, 0.005)
+    assert repr(read("").world) == repr(occ.guide.WorldErrors())
+    for text, complaint in [
+        ("world: {lens: {k1: much}}\n", r"world\.lens\.k1"),
+        ("world: {lens: [1]}\n", r"world\.lens"),
+        ("world: {map_sigma: 1}\n", "map_sigma_m"),
+        ("world: {exposure: 0}\n", r"world\.exposure"),
+        ("tracker: {mount_sigma_rad: -1}\n", "mount_sigma_rad"),
+    ]:
+        with pytest.raises(ValueError, match=complaint):
+            read(text)

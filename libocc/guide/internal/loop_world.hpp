@@ -28,7 +28,7 @@ struct Capture {
 
 /// The scene with the errors of the world. Throws std::invalid_argument that names a parameter
 /// that the camera does not have.
-Scene real_scene(const Scene& believed, const WorldErrors& world, std::uint64_t seed);
+Scene real_scene(const Scene& assumed, const WorldErrors& world, std::uint64_t seed);
 
 class LoopWorld {
  public:
@@ -71,7 +71,7 @@ class LoopWorld {
   Random driving_, frames_;
   int next_frame_ = 1;
   std::deque<Capture> in_transit_;
-  // By the set of dark lamps and the phase of the flicker.
+  // The key is the set of dark lamps and the phase of the flicker.
   std::map<std::pair<std::vector<int>, int>, Renderer> renderers_;
   std::map<std::vector<int>, std::vector<Rendered>>
       spare_;  // buffers for reuse, by the set of dark lamps

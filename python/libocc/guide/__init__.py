@@ -16,6 +16,7 @@ from .._core import (
     DriveNoise,
     DriveState,
     DriveStep,
+    EstimatedPose,
     FloorVisibility,
     Follower,
     Kidnapping,
@@ -60,8 +61,8 @@ from .route_file import load_route
 
 __all__ = [
     "ClockJump", "ControlOutput", "DockOptions", "DockOutput", "DockPhase", "Drive", "DriveCommand", "DriveLimited",
-    "DriveNoise", "DriveState", "DriveStep", "FloorVisibility", "Follower", "Kidnapping", "LampFailure",
-    "LoopEstimation", "LoopFaults", "LoopMetrics", "LoopOptions", "LoopOutcome", "LoopResult", "OdometryFault",
+    "DriveNoise", "DriveState", "DriveStep", "EstimatedPose", "FloorVisibility", "Follower", "Kidnapping",
+    "LampFailure", "LoopEstimation", "LoopFaults", "LoopMetrics", "LoopOptions", "LoopOutcome", "LoopResult", "OdometryFault",
     "PaceOptions", "PanTiltPlan", "PanTiltResult", "PlanStatus", "PlanarPose", "PurePursuitOptions", "Route",
     "RouteConflict", "RoutePlace", "RoutePlan", "RouteShape", "RouteWaypoint", "StanleyOptions", "Vehicle",
     "WorldErrors", "camera_on_vehicle", "closed_loop", "dock", "drive", "heading_rad", "load_experiment", "load_route",
