@@ -26,7 +26,7 @@ namespace occ {
 
 /// Options of a PlanarFilter.
 struct LIBOCC_API PlanarFilterOptions {
-  double height_m = 0;           ///< height of the body's origin above the world's z = 0
+  double height_m = 0;  ///< height of the body's origin above the world's z = 0
   /// Standard deviations of the floor: of its height, and of roll and pitch from image to image.
   /// Default: half of the flatness limit of a usual floor, 4 mm over a metre (DIN 18202, table 3,
   /// line 3).

@@ -89,7 +89,8 @@ auto tracker_fields() {
             "number of images that must agree on an unexpected pose"),
       field("mount_sigma_rad", &T::mount_sigma_rad,
             "constant error of the camera's rotation on the vehicle about each of its axes [rad]"),
-      field("mount_sigma_m", &T::mount_sigma_m, "constant error of its position along each of its axes [m]"),
+      field("mount_sigma_m", &T::mount_sigma_m,
+            "constant error of its position along each of its axes [m]"),
       field("clock_sigma_s", &T::clock_sigma_s, "constant error of the time stamps [s]"));
 }
 

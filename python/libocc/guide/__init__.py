@@ -62,9 +62,10 @@ from .route_file import load_route
 __all__ = [
     "ClockJump", "ControlOutput", "DockOptions", "DockOutput", "DockPhase", "Drive", "DriveCommand", "DriveLimited",
     "DriveNoise", "DriveState", "DriveStep", "EstimatedPose", "FloorVisibility", "Follower", "Kidnapping",
-    "LampFailure", "LoopEstimation", "LoopFaults", "LoopMetrics", "LoopOptions", "LoopOutcome", "LoopResult", "OdometryFault",
-    "PaceOptions", "PanTiltPlan", "PanTiltResult", "PlanStatus", "PlanarPose", "PurePursuitOptions", "Route",
-    "RouteConflict", "RoutePlace", "RoutePlan", "RouteShape", "RouteWaypoint", "StanleyOptions", "Vehicle",
-    "WorldErrors", "camera_on_vehicle", "closed_loop", "dock", "drive", "heading_rad", "load_experiment", "load_route",
-    "plan_pan_tilt", "plan_route", "pure_pursuit", "route_conflicts", "stanley", "view_gaps", "visibility",
+    "LampFailure", "LoopEstimation", "LoopFaults", "LoopMetrics", "LoopOptions", "LoopOutcome", "LoopResult",
+    "OdometryFault", "PaceOptions", "PanTiltPlan", "PanTiltResult", "PlanStatus", "PlanarPose",
+    "PurePursuitOptions", "Route", "RouteConflict", "RoutePlace", "RoutePlan", "RouteShape", "RouteWaypoint",
+    "StanleyOptions", "Vehicle", "WorldErrors", "camera_on_vehicle", "closed_loop", "dock", "drive", "heading_rad",
+    "load_experiment", "load_route", "plan_pan_tilt", "plan_route", "pure_pursuit", "route_conflicts", "stanley",
+    "view_gaps", "visibility",
 ]
