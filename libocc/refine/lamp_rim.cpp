@@ -28,11 +28,11 @@ RimErrors common_errors(const Eigen::Vector2d& n) {
   return {1, n.x(), n.y(), square(n.x()) - square(n.y()), 2 * n.x() * n.y()};
 }
 
-/// R with R R^T = S.
-RimErrorCovariance root_of(const RimErrorCovariance& covariance) {
+/// R with R R^T = S. The matrix is padded: its root has a column for each of its directions.
+Eigen::Matrix<double, 5, 6> root_of(const RimErrorCovariance& covariance) {
   Matrix6 padded = Matrix6::Zero();
   padded.topLeftCorner<5, 5>() = covariance;
-  return core::semidefinite_root(padded).transpose().topLeftCorner<5, 5>();
+  return core::semidefinite_root(padded).transpose().topRows<5>();
 }
 
 /// Inverse of an information matrix that may be singular, e.g. of a single straight side.
@@ -241,12 +241,13 @@ Eigen::MatrixXd LampRim::eliminate(const Products& products) {
     along.topRightCorner(commons, errors) = cross.rightCols<commons>().transpose();
     along.bottomRightCorner(6, errors) = cross.leftCols<6>().transpose();
   }
-  Eigen::Matrix<double, own, own + 1> root = Eigen::Matrix<double, own, own + 1>::Zero();
-  root.topLeftCorner<commons, commons>() = common_root_;
+  constexpr int units = 6 + 7;  // the same in units of their standard deviations
+  Eigen::Matrix<double, own, units> root = Eigen::Matrix<double, own, units>::Zero();
+  root.topLeftCorner<commons, 6>() = common_root_;
   if (lamp_.errors) root.bottomRightCorner<6, 7>() = unit_motion_;
   const Eigen::MatrixXd whitened = root.transpose() * along;
   const Eigen::MatrixXd information =
-      Eigen::MatrixXd::Identity(own + 1, own + 1) + root.transpose() * spread * root;
+      Eigen::MatrixXd::Identity(units, units) + root.transpose() * spread * root;
   const Eigen::MatrixXd estimates = core::solve_llt(information, whitened);
   sums.noalias() -= whitened.transpose() * estimates;
   if (lamp_.errors) {

@@ -269,7 +269,12 @@ Minimum minimise_with_camera(const State& start, const std::vector<Match>& match
     const bool is_last = minimum.converged && step < stable_sigmas;
     const Rung rung = observations.rim.empty() ? std::min(options.rung, Rung::centres) : Rung::rims;
     RefineProblem problem(observations, scene, options, rung);
-    minimum = step_with_camera(problem, minimum.state, options.tolerance_px);
+    Minimum next = step_with_camera(problem, minimum.state, options.tolerance_px);
+    if (!next.defined) {  // diverged: a lamp left the camera's domain
+      minimum.converged = false;
+      break;
+    }
+    minimum = std::move(next);
     minimum.iterations = pass + 1;
     for (std::size_t i = 0; i < observations.lamps.size(); ++i)
       if (observations.lamps[i].has_rim()) observations.lamps[i].unit_error = problem.lamp_error(i);

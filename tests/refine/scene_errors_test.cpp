@@ -175,8 +175,15 @@ TEST(SceneErrors, SmallErrorsChangeNothing) {
   stated.map_sigma_m = PerAxis(1e-9);
   stated.camera = stated.camera.with_parameter_sigmas({{"fx_px", 1e-6}});
   Random random(1);
-  const auto blobs =
+  auto blobs =
       test::noisy(test::exact_blobs(exact, seen_from(), with_rims), exact, with_rims, random);
+  for (Blob& blob : blobs) {  // errors common to a rim, correlated
+    const RimErrorCovariance root =
+        1e-2 * (RimErrorCovariance::Identity() + 0.3 * RimErrorCovariance::Ones());
+    blob.rim_covariance_px2 = root * root.transpose();
+    blob.rim_covariance_px2.row(3).setZero();  // no stretch along x
+    blob.rim_covariance_px2.col(3).setZero();
+  }
   const auto plain = refine(seen_from(), test::in_order(exact), blobs, exact);
   const auto with_errors = refine(seen_from(), test::in_order(stated), blobs, stated);
   ASSERT_TRUE(plain.ok() && with_errors.ok());

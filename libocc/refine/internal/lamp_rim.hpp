@@ -94,7 +94,8 @@ class LampRim {
   Eigen::Matrix<double, 6, 7> unit_motion_;  // see unit_motion()
   Eigen::RowVectorXd seen_, back_;           // residuals r(e0), and (d r / d e) e0
   Eigen::MatrixXd by_camera_;  // a column for each point: d residual / d errors of the camera
-  RimErrorCovariance common_root_ = RimErrorCovariance::Zero();  // of S
+  Eigen::Matrix<double, commons, 6> common_root_ =
+      Eigen::Matrix<double, commons, 6>::Zero();  // of S
 };
 
 }  // namespace occ::internal::refine
