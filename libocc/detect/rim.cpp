@@ -168,6 +168,11 @@ void add_plateau_noise(const Model& model, const Profiles& profiles, Rim& rim) {
 
 }  // namespace
 
+void align_normals(Rim& rim) {
+  for (RimPoint& point : rim.points)
+    point.normal = (rim.fit.conic.shape * (point.px - rim.fit.conic.centre)).normalized();
+}
+
 void inflate_sigmas(Rim& rim) {
   const double dof = std::max(1, rim.fit.dof);
   const double excess = rim.fit.chi2 / dof - std::sqrt(2 / dof);
@@ -205,6 +210,7 @@ std::optional<Rim> measure_rim(const Patch& patch, const Component& component, d
     rim.points = std::move(profiles.points);
     if (settled) {
       if (profiles.misfit() > max_misfit) return std::nullopt;
+      align_normals(rim);
       add_plateau_noise(model, profiles, rim);
       inflate_sigmas(rim);
       return rim;

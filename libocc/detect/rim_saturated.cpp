@@ -143,6 +143,7 @@ std::optional<Rim> measure_saturated_rim(const Patch& patch, const Component& co
     conic = fit->conic;
     rim.fit = *fit;
     if (settled) {
+      align_normals(rim);
       rim.light_response_px2 = light_response(rim, tail);
       inflate_sigmas(rim);
       return rim;

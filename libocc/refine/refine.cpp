@@ -223,18 +223,23 @@ std::optional<Minimum> minimise_by_pixels(const State& start, Observations& obse
   return std::nullopt;
 }
 
-/// The observations with the camera that contains these errors.
-void linearise_camera(const Eigen::VectorXd& errors, const Camera& stated,
+/// The observations with the camera that contains these errors. False if that is no camera.
+bool linearise_camera(const Eigen::VectorXd& errors, const Camera& stated,
                       const std::vector<Match>& matches, const std::vector<Blob>& blobs,
                       const RefineOptions& options, Observations& observations, Scene& scene) {
+  try {
+    scene.camera = observations.camera_errors.camera(stated, errors);
+  } catch (const std::invalid_argument&) {  // such as a negative focal length
+    return false;
+  }
   const Observations before = std::move(observations);
-  scene.camera = before.camera_errors.camera(stated, errors);
   observations = observe(matches, blobs, scene, options);
   observations.camera_shift = errors;
   for (std::size_t i = 0; i < matches.size(); ++i) {
     observations.lamps[i].contradicts = before.lamps[i].contradicts;
     observations.lamps[i].unit_error = before.lamps[i].unit_error;
   }
+  return true;
 }
 
 /// Minimum for the rungs below direct if the camera has errors. They can move the image by many
@@ -246,10 +251,13 @@ Minimum minimise_with_camera(const State& start, const std::vector<Match>& match
   constexpr int max_passes = 20;
   constexpr double rough_sigmas = 0.01, stable_sigmas = 1e-3;
   const Camera stated = scene.camera;
+  /// Returns the step in sigmas; infinite if the estimates are no camera.
   const auto linearise_at = [&](const Minimum& minimum) {
     const double step = (minimum.camera_errors - observations.camera_shift).norm();
-    linearise_camera(minimum.camera_errors, stated, matches, blobs, options, observations, scene);
-    return step;
+    return linearise_camera(minimum.camera_errors, stated, matches, blobs, options, observations,
+                            scene)
+               ? step
+               : infinity;
   };
   Minimum minimum{start};
   if (observations.equations(options, Rung::centres) >= 6 && !observations.rim.empty()) {
@@ -258,7 +266,8 @@ Minimum minimise_with_camera(const State& start, const std::vector<Match>& match
           minimise_by_centroids(minimum.state, observations, scene, options, rough_tolerance_px);
       if (!rough.defined) break;
       minimum = std::move(rough);
-      if (linearise_at(minimum) < rough_sigmas) break;
+      const double step = linearise_at(minimum);
+      if (step < rough_sigmas || std::isinf(step)) break;
     }
   }
   if (observations.rim.empty() || !minimum.defined)
@@ -266,6 +275,10 @@ Minimum minimise_with_camera(const State& start, const std::vector<Match>& match
   minimum.converged = false;
   for (int pass = 0; pass < options.max_iterations && minimum.defined; ++pass) {
     const double step = linearise_at(minimum);
+    if (std::isinf(step)) {
+      minimum.converged = false;
+      break;
+    }
     const bool is_last = minimum.converged && step < stable_sigmas;
     const Rung rung = observations.rim.empty() ? std::min(options.rung, Rung::centres) : Rung::rims;
     RefineProblem problem(observations, scene, options, rung);

@@ -3,6 +3,7 @@
 // without bias and with consistent covariances. Other large bright areas are not detected as lamps.
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <cmath>
 
@@ -100,6 +101,30 @@ TEST(DetectLargeDiscs, AreOneBlob) {
   for (const double level_e : {200.0, 3000.0, 20000.0}) {
     const Nees nees = measure_discs({level_e, 0.8, true, level_e > 200 ? 0 : 0.6}, {300}, 1, 1);
     EXPECT_LT(nees.centre, 14) << level_e;
+  }
+}
+
+// Normals of another ellipse, such as that of the pass before, correlate with the points' noise.
+TEST(DetectLargeDiscs, NormalsAreThoseOfTheEllipse) {
+  const Canvas::Noise noise;
+  for (const double level_e : {3000.0, 40000.0}) {  // the second one saturates
+    Random random(7);
+    Canvas canvas(100, 100, 40);
+    canvas.add_disc({50.3, 49.6}, 20, 14, 0.4, 0.8, level_e);
+    DetectOptions options;
+    options.sensor = Canvas::sensor(noise, 0.8);
+    const auto blobs = detect(canvas.image(noise, &random).view(), options);
+    ASSERT_EQ(blobs.size(), 1u);
+    const Ellipse& ellipse = blobs[0].ellipse;
+    const Eigen::Matrix2d axes = Eigen::Rotation2Dd(ellipse.angle_rad).toRotationMatrix();
+    const Eigen::Vector2d inverse2(1 / square(ellipse.semi_major_px),
+                                   1 / square(ellipse.semi_minor_px));
+    const Eigen::Matrix2d shape = axes * inverse2.asDiagonal() * axes.transpose();
+    ASSERT_GT(blobs[0].rim.size(), 20u);
+    for (const RimPoint& point : blobs[0].rim) {
+      const Eigen::Vector2d normal = (shape * (point.px - ellipse.centre_px)).normalized();
+      EXPECT_LT((normal - point.normal).norm(), 1e-9);
+    }
   }
 }
 

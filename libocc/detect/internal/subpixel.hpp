@@ -46,6 +46,10 @@ std::optional<Rim> measure_rim(const Patch& patch, const Component& component, d
 /// the true rim by nearly the same distance all around.
 std::optional<Rim> measure_saturated_rim(const Patch& patch, const Component& component);
 
+/// Sets the normals to those of the ellipse through the points. Those of the pass before differ by
+/// its step, which correlates with the noise of the points.
+void align_normals(Rim& rim);
+
 /// Inflates the points' sigmas to the observed scatter, which includes deviations of the lamp and
 /// the lens from the model.
 void inflate_sigmas(Rim& rim);
