@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "libocc/core/internal/covariance.hpp"
 #include "libocc/core/internal/dense.hpp"
@@ -136,7 +137,8 @@ void LampRim::follow_errors(const State& state, const Eigen::Vector3d& pivot,
 bool LampRim::is_stable(const State& state, const Eigen::Vector3d& pivot,
                         const Eigen::VectorXd* weights) {
   constexpr int max_passes = 8;
-  constexpr double stable_px = 1e-4;
+  // The estimates of the camera's errors converge together with those of the lamps.
+  const double stable_px = all_.camera_errors.count() > 0 ? 1e-4 : 1e-3;
   const double max_lost = 0.1 * static_cast<double>(rows_.cols());
   const double px_per_m =
       scene_.camera.fx_px() / (state.cam_from_world * lamp_.lamp->centre_m).norm();
@@ -146,7 +148,7 @@ bool LampRim::is_stable(const State& state, const Eigen::Vector3d& pivot,
     else
       weigh_points();
     weighted_.noalias() = rows_ * weights_.asDiagonal();
-    eliminate(weighted_ * rows_.transpose());
+    sums_ = eliminate(weighted_ * rows_.transpose());
     const LampError step = lamp_.errors->scaled(next_unit_error_) - error_;
     const double step_m = step.segment<3>(3).norm() +
                           lamp_.lamp->reach_m() * (step.head<3>().norm() + std::abs(step[6]));
@@ -157,6 +159,7 @@ bool LampRim::is_stable(const State& state, const Eigen::Vector3d& pivot,
 }
 
 int LampRim::linearise_rim(const State& state, const Eigen::Vector3d& pivot) {
+  sums_.reset();
   unit_error_ = next_unit_error_;
   if (lamp_.errors) error_ = lamp_.errors->scaled(unit_error_);
   const LampInCam in_cam = lamp_at(state.cam_from_world);
@@ -266,11 +269,15 @@ void LampRim::set_estimate(const LampError& unit) {
 
 void LampRim::add_to(PoseNormalEquations& normal, CameraSums* camera) {
   if (weights_.size() == 0) return;
+  if (sums_) {  // of the last pass of linearise()
+    add_with_errors(*sums_, normal, camera);
+    return;
+  }
   weigh_points();
   weighted_.noalias() = rows_ * weights_.asDiagonal();
   const Products products = weighted_ * rows_.transpose();
   if (has_errors()) {
-    add_with_errors(products, normal, camera);
+    add_with_errors(eliminate(products), normal, camera);
     return;
   }
   Matrix8 sum = products.topLeftCorner<8, 8>();  // gradient and chi2 in the last column
@@ -294,9 +301,8 @@ void LampRim::add_to(PoseNormalEquations& normal, CameraSums* camera) {
   normal.robust_chi2 += chi2 + robust_excess();
 }
 
-void LampRim::add_with_errors(const Products& products, PoseNormalEquations& normal,
+void LampRim::add_with_errors(Eigen::MatrixXd sums, PoseNormalEquations& normal,
                               CameraSums* camera) {
-  Eigen::MatrixXd sums = eliminate(products);
   const Eigen::Index errors = by_camera_.rows();
   shift_information_ = sums.block<3, 3>(3, 3);
   shift_gradient_ = sums.block<3, 1>(3, residual_index);
@@ -358,9 +364,12 @@ double LampRim::chi2_with_errors(const State& state, Eigen::VectorXd* by_camera)
   const Eigen::Vector3d anywhere = Eigen::Vector3d::Zero();  // the pivot has no effect on chi2
   linearise_rim(state, anywhere);
   if (lamp_.errors) follow_errors(state, anywhere, &weights);
-  weights_ = (weights_.array() > 0).select(weights, 0);
-  weighted_.noalias() = rows_ * weights_.asDiagonal();
-  const Eigen::MatrixXd sums = eliminate(weighted_ * rows_.transpose());
+  if (!sums_) {
+    weights_ = (weights_.array() > 0).select(weights, 0);
+    weighted_.noalias() = rows_ * weights_.asDiagonal();
+    sums_ = eliminate(weighted_ * rows_.transpose());
+  }
+  const Eigen::MatrixXd sums = *std::exchange(sums_, std::nullopt);
   weights_ = weights;
   next_unit_error_ = estimate;
   if (by_camera) *by_camera += sums.col(residual_index).tail(by_camera->size());

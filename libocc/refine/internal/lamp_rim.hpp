@@ -16,6 +16,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <vector>
 
 #include "libocc/core/abi.hpp"
@@ -65,7 +66,7 @@ class LampRim {
   void step_back();
   Eigen::MatrixXd eliminate(const Products& products);
   void set_estimate(const LampError& unit);
-  void add_with_errors(const Products& products, PoseNormalEquations& normal, CameraSums* camera);
+  void add_with_errors(Eigen::MatrixXd sums, PoseNormalEquations& normal, CameraSums* camera);
   double robust_excess() const;
 
   const LampObservation& lamp_;
@@ -92,6 +93,7 @@ class LampRim {
   LampError unit_error_ = LampError::Zero(), next_unit_error_ = LampError::Zero();
   LampError error_ = LampError::Zero();      // of unit_error_
   Eigen::Matrix<double, 6, 7> unit_motion_;  // see unit_motion()
+  std::optional<Eigen::MatrixXd> sums_;      // of the last pass, if the rows are still those
   Eigen::RowVectorXd seen_, back_;           // residuals r(e0), and (d r / d e) e0
   Eigen::MatrixXd by_camera_;  // a column for each point: d residual / d errors of the camera
   Eigen::Matrix<double, commons, 6> common_root_ =
