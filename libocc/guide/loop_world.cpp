@@ -41,8 +41,6 @@ Camera real_camera(const Camera& assumed, const std::map<std::string, double>& e
   }
 }
 
-}  // namespace
-
 Scene real_scene(const Scene& assumed, const WorldErrors& world, std::uint64_t seed) {
   Scene real = assumed;
   if (!world.lens.empty()) real.camera = real_camera(assumed.camera, world.lens);
@@ -54,6 +52,8 @@ Scene real_scene(const Scene& assumed, const WorldErrors& world, std::uint64_t s
   real.ambient_w_m2 += world.ambient_w_m2;
   return real;
 }
+
+}  // namespace
 
 LoopWorld::LoopWorld(const Scene& scene, const LoopOptions& options, const PlanarPose& start)
     : scene_(real_scene(scene, options.world, options.seed)),

@@ -78,8 +78,7 @@ std::vector<std::string> exact_parts(const Scene& scene, const RefineOptions& op
   std::vector<std::string> exact;
   if (options.model_sigma_px > 0) return exact;
   if (scene.camera.is_exact()) exact.emplace_back("camera");
-  const auto has_no_error = [&](const Lamp& lamp) { return !errors_of(lamp, scene); };
-  if (std::all_of(scene.lamps.begin(), scene.lamps.end(), has_no_error)) exact.emplace_back("map");
+  if (has_exact_map(scene)) exact.emplace_back("map");
   return exact;
 }
 

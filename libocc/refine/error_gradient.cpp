@@ -14,13 +14,6 @@ namespace {
 
 using Columns8 = Eigen::Matrix<double, 8, Eigen::Dynamic>;
 
-bool has_errors(const Scene& scene) {
-  if (!scene.camera.is_exact()) return true;
-  for (const Lamp& lamp : scene.lamps)
-    if (errors_of(lamp, scene)) return true;
-  return false;
-}
-
 /// Perturbation of the pose, centred at the pivot, with the same effect on the lamp's image as its
 /// errors.
 Eigen::Matrix<double, 8, 7> as_pose(const LampObservation& lamp, const Rigid3& cam_from_world,
@@ -52,7 +45,7 @@ ErrorGradient error_gradient(const Refined& refined, const std::vector<Blob>& bl
                              const Scene& scene, RefineOptions options) {
   ErrorGradient out;
   out.gradient_by_errors.resize(6, 0);
-  if (!has_errors(scene)) return out;
+  if (scene.camera.is_exact() && has_exact_map(scene)) return out;
   options.prior.reset();
   // Errors must not reduce weights here. Too large a part is systematic then, if any.
   options.huber_sigma = std::numeric_limits<double>::infinity();

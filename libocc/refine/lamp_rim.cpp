@@ -147,8 +147,7 @@ bool LampRim::is_stable(const State& state, const Eigen::Vector3d& pivot,
       weights_ = (weights_.array() > 0).select(*weights, 0);
     else
       weigh_points();
-    weighted_.noalias() = rows_ * weights_.asDiagonal();
-    sums_ = eliminate(weighted_ * rows_.transpose());
+    sums_ = eliminate(weighted_products());
     const LampError step = lamp_.errors->scaled(next_unit_error_) - error_;
     const double step_m = step.segment<3>(3).norm() +
                           lamp_.lamp->reach_m() * (step.head<3>().norm() + std::abs(step[6]));
@@ -223,6 +222,11 @@ void LampRim::weigh_points() {
   }
 }
 
+LampRim::Products LampRim::weighted_products() {
+  weighted_.noalias() = rows_ * weights_.asDiagonal();
+  return weighted_ * rows_.transpose();
+}
+
 /// Sums over pose, growth, residual and errors of the camera without the common errors.
 Eigen::MatrixXd LampRim::eliminate(const Products& products) {
   const Eigen::Index errors = by_camera_.rows();
@@ -274,8 +278,7 @@ void LampRim::add_to(PoseNormalEquations& normal, CameraSums* camera) {
     return;
   }
   weigh_points();
-  weighted_.noalias() = rows_ * weights_.asDiagonal();
-  const Products products = weighted_ * rows_.transpose();
+  const Products products = weighted_products();
   if (has_errors()) {
     add_with_errors(eliminate(products), normal, camera);
     return;
@@ -366,8 +369,7 @@ double LampRim::chi2_with_errors(const State& state, Eigen::VectorXd* by_camera)
   if (lamp_.errors) follow_errors(state, anywhere, &weights);
   if (!sums_) {
     weights_ = (weights_.array() > 0).select(weights, 0);
-    weighted_.noalias() = rows_ * weights_.asDiagonal();
-    sums_ = eliminate(weighted_ * rows_.transpose());
+    sums_ = eliminate(weighted_products());
   }
   const Eigen::MatrixXd sums = *std::exchange(sums_, std::nullopt);
   weights_ = weights;

@@ -8,6 +8,7 @@
 #include "libocc/core/internal/dense.hpp"
 #include "libocc/core/math.hpp"
 #include "libocc/identify/internal/assignment_problem.hpp"
+#include "libocc/identify/internal/verdict.hpp"
 #include "libocc/pose/internal/evidence.hpp"
 #include "libocc/refine/internal/estimated_map.hpp"
 #include "libocc/refine/internal/lamp_sizes.hpp"
@@ -116,9 +117,8 @@ std::vector<pose::LogEvidence> evidence_of_places(const RefinementAhead& ahead,
 /// Sets probabilities. Rims tell the poses apart; as evidence against false lights they count by
 /// their centres and sizes only. If a part of the prior is wrong, a pose as good as the best one
 /// may be among those that identification excluded without listing it, with the probability
-/// `excluded`.
+/// excluded_by_prior.
 void weigh(const RefinementAhead& ahead, Refinement& out) {
-  constexpr double excluded = 0.1;
   std::vector<RankedPose>& poses = out.poses;
   double best_rims = -infinity;
   for (const RankedPose& pose : poses) best_rims = std::max(best_rims, log_rims(pose));
@@ -128,8 +128,8 @@ void weigh(const RefinementAhead& ahead, Refinement& out) {
   for (std::size_t i = 0; i < poses.size(); ++i) {
     const double rims = log_rims(poses[i]) - best_rims;
     evidences.push_back(places[i].value + rims);
-    log_none = std::max(log_none,
-                        std::log(excluded) + places[i].if_excluded(ahead.excluded_listed) + rims);
+    log_none = std::max(log_none, std::log(identify::excluded_by_prior) +
+                                      places[i].if_excluded(ahead.excluded_listed) + rims);
   }
   const std::vector<double> shares = pose::probabilities(evidences, log_none);
   for (std::size_t i = 0; i < poses.size(); ++i) poses[i].probability = shares[i];

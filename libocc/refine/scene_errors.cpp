@@ -2,6 +2,7 @@
 #include "libocc/refine/internal/scene_errors.hpp"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 
 #include "libocc/core/math.hpp"
@@ -22,6 +23,11 @@ std::optional<LampErrors> errors_of(const Lamp& lamp, const Scene& scene) {
   errors.tilt_rad = lamp.tilt_sigma_rad.value_or(0);
   if (errors.position_m.isZero(0) && errors.size == 0 && errors.tilt_rad == 0) return std::nullopt;
   return errors;
+}
+
+bool has_exact_map(const Scene& scene) {
+  return std::none_of(scene.lamps.begin(), scene.lamps.end(),
+                      [&](const Lamp& lamp) { return errors_of(lamp, scene).has_value(); });
 }
 
 LampInCam with_error(LampInCam lamp, const LampError& error, const Rigid3& cam_from_world) {

@@ -69,10 +69,12 @@ class PlanarModel {
   void propagate(State& state, const Timeline<Step>::Stretch& stretch) const {
     if (!state.systematic.empty()) {
       // Systematic errors have the same transition and no noise.
+      SystematicRoot<states> errors = std::exchange(state.systematic, {});
       State moved = state;
       Stack transition(Root::Identity());
       propagate(moved, stretch, transition);
-      state.systematic.rows *= transition.top();
+      errors.rows *= transition.top();
+      state.systematic = std::move(errors);
     }
     Stack stack(state.root);
     propagate(state, stretch, stack);
@@ -83,7 +85,7 @@ class PlanarModel {
     if (!state.systematic.empty() || !seen.systematic.empty())
       return update_with_systematic(state, seen);
     const RootUpdate<states, 3> corrected(state.root, on_floor(state.pose, seen));
-    const FilterUpdate update = gated(corrected);
+    const FilterUpdate update = gated(corrected, options_.gate_sigma);
     if (!update.accepted()) return update;
     correct(state, corrected.step());
     state.root.topRows<3>() = corrected.rows();
@@ -109,20 +111,12 @@ class PlanarModel {
     Root root = state.root;
     errors.use(seen.systematic, root);
     const SystematicUpdate corrected(root, errors.rows, on_floor(state.pose, seen));
-    const FilterUpdate update = gated(corrected);
+    const FilterUpdate update = gated(corrected, options_.gate_sigma);
     if (!update.accepted()) return update;
     correct(state, corrected.step());
     state.root = corrected.root();
     errors.rows = corrected.errors();
     state.systematic = std::move(errors);
-    return update;
-  }
-
-  template <class Corrected>
-  FilterUpdate gated(const Corrected& corrected) const {
-    FilterUpdate update{FilterOutcome::accepted, corrected.nis(), corrected.dof()};
-    if (update.nis_dof > 0 && update.nis > gate_chi2(options_.gate_sigma, update.nis_dof))
-      update.outcome = FilterOutcome::gated;
     return update;
   }
 

@@ -58,10 +58,12 @@ class PoseModel {
   void propagate(State& state, const Stretch& stretch) const {
     if (!state.systematic.empty()) {
       // Systematic errors have the same transition and no noise.
+      SystematicRoot<states> errors = std::exchange(state.systematic, {});
       State moved = state;
       Stack transition(Root::Identity());
       propagate(moved, stretch, transition);
-      state.systematic.rows *= transition.top();
+      errors.rows *= transition.top();
+      state.systematic = std::move(errors);
     }
     Stack stack(state.root);
     propagate(state, stretch, stack);
@@ -82,7 +84,7 @@ class PoseModel {
     if (!state.systematic.empty() || !seen.systematic.empty())
       return update_with_systematic(state, seen, observed, off, about_seen, equation);
     const RootUpdate<states, 6> corrected(about_seen, equation);
-    const FilterUpdate update = gated(corrected);
+    const FilterUpdate update = gated(corrected, options_.gate_sigma);
     if (!update.accepted()) return update;
     const Vector6 left = off + corrected.step().head<6>();
     correct(state, perturb(observed, left), corrected.step());
@@ -106,7 +108,7 @@ class PoseModel {
     errors.rows.leftCols<6>() *= d_difference(off).transpose();
     errors.use(seen.systematic, about_seen);
     const SystematicUpdate corrected(about_seen, errors.rows, equation);
-    const FilterUpdate update = gated(corrected);
+    const FilterUpdate update = gated(corrected, options_.gate_sigma);
     if (!update.accepted()) return update;
     const Vector6 left = off + corrected.step().head<6>();
     correct(state, perturb(observed, left), corrected.step());
@@ -116,14 +118,6 @@ class PoseModel {
     errors.rows = corrected.errors();
     errors.rows.leftCols<6>() *= back;
     state.systematic = std::move(errors);
-    return update;
-  }
-
-  template <class Corrected>
-  FilterUpdate gated(const Corrected& corrected) const {
-    FilterUpdate update{FilterOutcome::accepted, corrected.nis(), corrected.dof()};
-    if (update.nis_dof > 0 && update.nis > gate_chi2(options_.gate_sigma, update.nis_dof))
-      update.outcome = FilterOutcome::gated;
     return update;
   }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Image to pose, one thread, beside a program of OpenCV functions: threshold, contours, moments and
-// solvePnP. The peer gets the true assignment of blobs to lamps; `locate` has to find it.
+// solvePnP. The peer gets the true assignment of blobs to lamps; `locate` has to find it. Then the
+// parts without detection: locate() from blobs, and the protection level that it prepares.
 #include <benchmark/benchmark.h>
 
 #include <opencv2/calib3d.hpp>
@@ -47,6 +48,20 @@ void BM_Locate(benchmark::State& state) {
   }
 }
 BENCHMARK(BM_Locate)->Unit(benchmark::kMicrosecond);
+
+void BM_LocateBlobs(benchmark::State& state) {
+  const Scene scene = room();
+  const std::vector<Blob> seen = detect(frame().image.view(), {});
+  for (auto _ : state) benchmark::DoNotOptimize(locate(seen, scene));
+}
+BENCHMARK(BM_LocateBlobs)->Unit(benchmark::kMicrosecond);
+
+void BM_ProtectionLevel(benchmark::State& state) {
+  const Result<Fix> fix = locate(frame().image.view(), room());
+  if (!fix->protection_level_m().ok()) state.SkipWithError("no level");
+  for (auto _ : state) benchmark::DoNotOptimize(fix->protection_level_m());
+}
+BENCHMARK(BM_ProtectionLevel)->Unit(benchmark::kMicrosecond);
 
 void BM_OpenCvWithNamesGiven(benchmark::State& state) {
   cv::setNumThreads(1);

@@ -26,10 +26,6 @@ struct Capture {
   Rendered rendered;
 };
 
-/// The scene with the errors of the world. Throws std::invalid_argument that names a parameter
-/// that the camera does not have.
-Scene real_scene(const Scene& assumed, const WorldErrors& world, std::uint64_t seed);
-
 class LoopWorld {
  public:
   LoopWorld(const Scene& scene, const LoopOptions& options, const PlanarPose& start);

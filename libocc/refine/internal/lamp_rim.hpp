@@ -64,6 +64,7 @@ class LampRim {
   void displace_by_centroid(const State& state);
   int linearise_rim(const State& state, const Eigen::Vector3d& pivot);
   void step_back();
+  Products weighted_products();
   Eigen::MatrixXd eliminate(const Products& products);
   void set_estimate(const LampError& unit);
   void add_with_errors(Eigen::MatrixXd sums, PoseNormalEquations& normal, CameraSums* camera);

@@ -31,6 +31,9 @@ struct LampErrors {
 /// Empty if the lamp is exact.
 LIBOCC_API std::optional<LampErrors> errors_of(const Lamp& lamp, const Scene& scene);
 
+/// True if all lamps are exact.
+LIBOCC_API bool has_exact_map(const Scene& scene);
+
 /// The lamp with an error.
 LIBOCC_API LampInCam with_error(LampInCam lamp, const LampError& error,
                                 const Rigid3& cam_from_world);

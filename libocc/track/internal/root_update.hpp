@@ -17,7 +17,9 @@
 #include <cmath>
 
 #include "libocc/core/abi.hpp"
+#include "libocc/core/statistics.hpp"
 #include "libocc/geometry/rigid.hpp"
+#include "libocc/track/filter_update.hpp"
 #include "libocc/track/internal/covariance_root.hpp"
 
 namespace occ::internal::track {
@@ -100,5 +102,14 @@ class RootUpdate {
   double nis_ = 0;
   int dof_ = 0;
 };
+
+/// Outcome of a RootUpdate or a SystematicUpdate at the gate of a filter.
+template <class Corrected>
+FilterUpdate gated(const Corrected& corrected, double gate_sigma) {
+  FilterUpdate update{FilterOutcome::accepted, corrected.nis(), corrected.dof()};
+  if (update.nis_dof > 0 && update.nis > gate_chi2(gate_sigma, update.nis_dof))
+    update.outcome = FilterOutcome::gated;
+  return update;
+}
 
 }  // namespace occ::internal::track
