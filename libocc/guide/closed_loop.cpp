@@ -81,9 +81,16 @@ class Loop {
     return {0, options_.camera_pan_rad, options_.camera_tilt_rad};
   }
 
+  bool is_alert() const {
+    const std::optional<double>& limit_m = options_.tracker.alert_limit_m;
+    return limit_m && !(estimate_.protection_level_m <= *limit_m);
+  }
+
+  bool may_drive() const { return estimate_.has_pose() && !is_alert(); }
+
   /// Computes the command from the estimate only.
   DriveCommand command() {
-    if (!estimate_.has_pose()) return {};
+    if (!may_drive()) return {};
     const DriveState& state = world_.state();  // speed and turn rate are measured at the wheels
     if (docking_) return dock_command(state.speed_m_s);
     const ControlInput input{estimate_.pose, state.speed_m_s, state.turn_rate_rad_s, along_m_};
@@ -161,6 +168,7 @@ class Loop {
     record.pan_rad = world_.pan_rad();
     record.tilt_rad = world_.tilt_rad();
     record.docking = docking_;
+    record.alert = is_alert();
   }
 
   void end_if_due(const LoopRecord& record) {
@@ -173,10 +181,13 @@ class Loop {
            << record.time_s << " s";
       end(LoopOutcome::collision, text.str());
     }
-    if (estimate_.has_pose()) had_pose_s_ = record.time_s;
-    if (record.time_s - had_pose_s_ > options_.max_lost_s)
-      end(LoopOutcome::lost,
-          "no pose for " + std::to_string(options_.max_lost_s) + " s: " + record.estimate.reason);
+    if (may_drive()) had_pose_s_ = record.time_s;
+    if (record.time_s - had_pose_s_ > options_.max_lost_s) {
+      what = estimate_.has_pose() ? "no protection level below the alert limit" : "no pose";
+      what += " for " + std::to_string(options_.max_lost_s) + " s";
+      if (!record.estimate.reason.empty()) what += ": " + record.estimate.reason;
+      end(LoopOutcome::lost, what);
+    }
     const bool there = route_.dock() ? phase_ == DockPhase::docked : docking_;
     if (there && world_.state().speed_m_s == 0 && world_.state().turn_rate_rad_s == 0)
       end(LoopOutcome::arrived, route_.dock() ? "docked" : "at the route's end");

@@ -6,7 +6,8 @@
 //
 // At the end of the route the vehicle docks if the route has a dock, otherwise it stops. While the
 // estimator has no pose (searching, lost), the command is zero. A predicted pose (coasting) counts
-// as a pose. The run ends as `lost` after max_lost_s without one.
+// as a pose. With an alert limit (TrackerOptions::alert_limit_m), the command is also zero while
+// the protection level is above it. The run ends as `lost` after max_lost_s in one of these states.
 #pragma once
 
 #include <cstdint>
@@ -129,7 +130,7 @@ struct LIBOCC_API LoopOptions {
   /// Standard deviations of the initial pose error, also given to the estimator.
   double start_sigma_m = 0.02, start_sigma_rad = 0.02;
   double max_s = 600;      ///< maximum duration of the run
-  double max_lost_s = 10;  ///< maximum time without a pose, after which the run ends
+  double max_lost_s = 10;  ///< maximum time without a pose or with an alert; then the run ends
   LoopFaults faults;       ///< disturbances; none by default
   WorldErrors world;       ///< differences of the simulated world; none by default
   std::uint64_t seed = 0;  ///< for image noise, wheel errors and lost images
@@ -160,6 +161,7 @@ struct LoopRecord {
   double pan_rad = 0, tilt_rad = 0;  ///< angles of the camera; see guide/mount.hpp
   bool docking = false;              ///< true after the route was left for the dock
   int frames = 0;                    ///< number of images that arrived in this step
+  bool alert = false;  ///< the protection level of the estimate is above the alert limit
 };
 
 /// An image with the result of its processing.
@@ -195,8 +197,12 @@ struct LoopMetrics {
   double three_lamps = 0;       ///< share of the images whose pose uses three lamps or more
   double longest_outage_s = 0;  ///< longest time between tracked images, less the frame period
   double lost_s = 0;            ///< time without a pose, the initial search included
-  int relocations = 0;          ///< number of frames with LoopFrame::relocated
-  int clock_jumps = 0;          ///< number of jumps detected
+  double alert_s = 0;           ///< time with LoopRecord::alert
+  /// Median protection level of the steps that have one; 0 without an alert limit.
+  double protection_level_m = 0;
+  double misleading_s = 0;  ///< time in which the error exceeds the protection level
+  int relocations = 0;      ///< number of frames with LoopFrame::relocated
+  int clock_jumps = 0;      ///< number of jumps detected
   double nees =
       0;  ///< normalised estimation error squared, mean over the steps with a pose; expected: 3
   double nis_per_dof = 0;  ///< normalised innovation squared over all images; expected: 1

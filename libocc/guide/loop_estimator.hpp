@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <limits>
 #include <memory>
 #include <string>
 
@@ -26,6 +27,8 @@ struct EstimatedPose {
   double nis = 0;          ///< normalised innovation squared of the last image
   int nis_dof = 0;         ///< degrees of freedom of `nis`; 0 without lamps
   bool relocated = false;  ///< the last image relocalised the vehicle
+  /// Bound of the horizontal error of `pose`, see Tracker::protection_level_m(); infinite: unknown.
+  double protection_level_m = std::numeric_limits<double>::infinity();
 
   /// True while tracking or coasting.
   bool has_pose() const {

@@ -45,9 +45,11 @@ void add_estimates(const LoopResult& result, double dt_s, LoopMetrics& metrics) 
   Spread position, heading;
   double nees = 0, variance_m2 = 0;
   int counted = 0;
+  std::vector<double> levels_m;
   bool seen = false;  // before the first image the estimate is the given start pose
   for (const LoopRecord& record : result.records) {
     seen = seen || record.frames > 0;
+    metrics.alert_s += record.alert ? dt_s : 0;
     if (!record.estimate.has_pose()) {
       metrics.lost_s += dt_s;
       continue;
@@ -55,6 +57,9 @@ void add_estimates(const LoopResult& result, double dt_s, LoopMetrics& metrics) 
     if (!seen) continue;
     const Eigen::Vector3d error = difference(record.estimate.pose, record.truth);
     position.add(error.head<2>().norm());
+    const double level_m = record.estimate.protection_level_m;
+    if (std::isfinite(level_m)) levels_m.push_back(level_m);
+    metrics.misleading_s += error.head<2>().norm() > level_m ? dt_s : 0;
     heading.add(error.z());
     const Eigen::LLT<Eigen::Matrix3d> root(record.estimate.covariance);
     if (root.info() != Eigen::Success) continue;
@@ -62,6 +67,7 @@ void add_estimates(const LoopResult& result, double dt_s, LoopMetrics& metrics) 
     variance_m2 += record.estimate.covariance.topLeftCorner<2, 2>().trace();
     ++counted;
   }
+  if (!levels_m.empty()) metrics.protection_level_m = median(levels_m);
   metrics.position_rmse_m = position.rms();
   metrics.position_max_m = position.max;
   metrics.heading_rmse_rad = heading.rms();

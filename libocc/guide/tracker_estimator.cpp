@@ -60,6 +60,7 @@ class TrackerEstimator : public LoopEstimator {
     }
     estimate.pose = planar->pose;
     estimate.covariance = planar->covariance;
+    estimate.protection_level_m = tracker_.protection_level_m(time_s);
     const double silent_s = time_s - tracked_s_;
     if (estimate.state != TrackerState::tracking || silent_s <= image_gap_s) return estimate;
     estimate.state =

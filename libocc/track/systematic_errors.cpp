@@ -80,6 +80,13 @@ void SystematicErrors::add_own(int camera, const Vector6& velocity, PoseObservat
     append(number({clock, 0, 0}), information * velocity * clock_sigma_s_, seen);
 }
 
+Matrix6 SystematicErrors::own_covariance(const Vector6& velocity) const {
+  const Vector6 late = clock_sigma_s_ * velocity;
+  Matrix6 covariance = mount_sigmas_.cwiseAbs2().asDiagonal();
+  covariance += late * late.transpose();
+  return covariance;
+}
+
 Matrix6 SystematicErrors::camera_covariance(const PosePrediction& predicted,
                                             const Rigid3& cam_from_body, int camera) const {
   const Matrix6 moves = adjoint(cam_from_body);

@@ -48,6 +48,9 @@ void TrackerOptions::validate() const {
   positive(drift_sigma_m, "drift_sigma_m");
   positive(drift_sigma_rad, "drift_sigma_rad");
   require(confirmations >= 1, "confirmations", confirmations, "at least 1");
+  if (alert_limit_m) positive(*alert_limit_m, "alert_limit_m");
+  require(integrity_risk > 0 && integrity_risk < 1, "integrity_risk", integrity_risk,
+          "between 0 and 1");
 }
 
 Tracker::Tracker(const Scene& scene, const TrackerOptions& options, const Rigid3& cam_from_body)
@@ -79,10 +82,14 @@ FilterUpdate Tracker::add(const Odometry& step) {
 FilterUpdate Tracker::add(const PlanarOdometry& step) {
   PlanarFilter* filter = impl_->filter().on_floor();
   if (!filter) throw std::logic_error("the tracker's body moves in space: add Odometry instead");
+  impl_->integrity().add(step);
   return filter->add(step);
 }
 
-FilterUpdate Tracker::add(const ImuSample& sample) { return impl_->filter().add(sample); }
+FilterUpdate Tracker::add(const ImuSample& sample) {
+  impl_->integrity().add(sample);
+  return impl_->filter().add(sample);
+}
 
 TrackerState Tracker::state() const { return impl_->state(); }
 
@@ -94,6 +101,10 @@ std::optional<PlanarEstimate> Tracker::planar(double time_s) const {
   const PlanarFilter* filter = impl_->filter().on_floor();
   if (!filter || !impl_->predict(time_s)) return std::nullopt;
   return filter->at(time_s);
+}
+
+double Tracker::protection_level_m(double time_s) const {
+  return impl_->protection_level_m(time_s);
 }
 
 }  // namespace occ

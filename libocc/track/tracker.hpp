@@ -22,6 +22,7 @@
 // camera's motion is that of the filter.
 #pragma once
 
+#include <limits>
 #include <map>
 #include <memory>
 #include <optional>
@@ -73,6 +74,12 @@ struct LIBOCC_API TrackerOptions {
   double mount_sigma_rad = 0, mount_sigma_m = 0;
   double clock_sigma_s = 0;  ///< constant error of the times of all images
   int confirmations = 3;  ///< consecutive images that must agree on a pose outside the prediction
+  /// Limit of the protection level of the body's position. If set, the level is computed although
+  /// lamps may be faulty (LocateOptions::lamp_fault_probability), and a level beyond the limit is
+  /// reported.
+  std::optional<double> alert_limit_m;
+  /// Probability, for each image, that the error exceeds the protection level undetected.
+  double integrity_risk = 1e-7;
 
   void validate() const;  ///< throws std::invalid_argument naming the field and its value
 };
@@ -95,7 +102,10 @@ struct TrackedFrame {
   bool relocated = false;     ///< the pose jumped out of the gate of its prediction
   double nis = 0;             ///< normalised innovation squared of the lamps
   int nis_dof = 0;            ///< degrees of freedom of `nis`; 0 without lamps
-  Timing timing_s;            ///< time of each step
+  /// Horizontal protection level of the body; infinite without TrackerOptions::alert_limit_m, and
+  /// with too few lamps. See Tracker::protection_level_m().
+  double protection_level_m = std::numeric_limits<double>::infinity();
+  Timing timing_s;  ///< time of each step
 };
 
 /// Source of an image.
@@ -143,6 +153,13 @@ class LIBOCC_API Tracker {
   std::optional<PosePrediction> predict(double time_s) const;
   /// Like predict(), for a vehicle on a floor; nullopt for a body in space.
   std::optional<PlanarEstimate> planar(double time_s) const;
+
+  /// Bounds the horizontal error of the body's predicted position: |x - x_i| + L + H d + k s, with
+  /// the level L of position and H of heading of the best of the last images alone, evaluated at
+  /// x_i, and the distance d and standard deviation s of the odometry since then, k = sqrt(-2 ln
+  /// risk). Levels are those of refine/separation.hpp. Infinite without alert_limit_m, without a
+  /// pose, and for a body in space at other times than that of the last image.
+  double protection_level_m(double time_s) const;
 
  private:
   std::unique_ptr<internal::track::TrackerImpl> impl_;

@@ -41,7 +41,8 @@ TrackerImpl::TrackerImpl(const Scene& scene, const TrackerOptions& options,
     : options_(options),
       detect_(options.locate.detect),
       filter_(make_filter(options)),
-      systematic_(options) {
+      systematic_(options),
+      integrity_(options) {
   detect_.rims = detect_.rims && options.locate.refine.rung >= Rung::rims;
   add_camera(scene, cam_from_body);
 }
@@ -60,6 +61,7 @@ void TrackerImpl::start(double time_s, const Rigid3& body_from_world, const Matr
   state_ = TrackerState::coasting;
   last_seen_s_ = time_s;
   jumps_.clear();
+  integrity_.clear();
 }
 
 TrackedFrame TrackerImpl::add_image(const ImageView& image, double time_s,
@@ -134,6 +136,7 @@ void TrackerImpl::restart_clock(Job& job) {
   std::ostringstream text;
   text << "the clock was set back by " << by_s << " s: restarted at the last pose";
   job.note = text.str();
+  integrity_.clear();
   if (!last) return;
   Matrix6 covariance = last->covariance;
   covariance.diagonal().head<3>().array() += square(options_.drift_sigma_rad);
@@ -237,16 +240,42 @@ bool TrackerImpl::correct(Job& job, Found found) {
     if (!job.searched) job.frame.reason = "the lamps contradict the prediction";
     return false;
   }
+  job.frame.reason.clear();
+  job.seen_s = seen_s;
+  if (integrity_.is_on()) protect(job, camera, found, *refined);
   job.frame.lamps.clear();
   for (const LampResidual& lamp : refined->lamps) {
     if (lamp.contradicts) continue;
     job.frame.lamps.emplace(job.view.scene.lamps[lamp.match.lamp].id,
                             std::move(found.blobs[lamp.match.blob]));
   }
-  job.frame.reason.clear();
-  job.seen_s = seen_s;
   set_tracking(job);
   return true;
+}
+
+/// Evaluates the image without the prediction, for the protection level.
+void TrackerImpl::protect(Job& job, const PredictedCamera& camera, const Found& found,
+                          const Refined& tracked) {
+  RefineOptions options = options_.locate.refine;
+  options.rung = std::min(options.rung, Rung::rims);
+  options.prior = lasting_prior(job);
+  if (options.prior->empty()) options.prior.reset();
+  const Result<Refined> alone =
+      occ::refine(tracked.cam_from_world, found.matches, found.blobs, job.view.scene, options);
+  if (!alone.ok()) return;
+  const PosePrediction now = *filter_.predict(job.seen_s);
+  job.frame.reason = integrity_.add(
+      {job.seen_s, *alone, job.cam_from_body, systematic_.own_covariance(camera.velocity)},
+      now.body_from_world.origin_in_source().head<2>());
+}
+
+double TrackerImpl::protection_level_m(double time_s) const {
+  if (!integrity_.is_on()) return infinity;
+  // The lines that show the lamps are exposed after the time of the image.
+  const double at_s = std::max(time_s, integrity_.since_s());
+  const std::optional<PosePrediction> there = predict(at_s);
+  if (!there) return infinity;
+  return integrity_.level_m(there->body_from_world.origin_in_source().head<2>(), at_s);
 }
 
 /// Sets how the lamps looked in the images before, if that is not too long ago.
@@ -290,6 +319,13 @@ void TrackerImpl::fill_pose(Job& job) const {
   frame.covariance = camera.covariance;
   frame.position_m = camera.cam_from_world.origin_in_source();
   frame.position_covariance_m2 = position_covariance(camera.cam_from_world, camera.covariance);
+  if (!integrity_.is_on()) return;
+  frame.protection_level_m = protection_level_m(job.seen_s);
+  if (frame.protection_level_m <= *options_.alert_limit_m) return;
+  std::ostringstream text;
+  text << "protection level " << frame.protection_level_m << " m is above the alert limit "
+       << *options_.alert_limit_m << " m";
+  frame.reason += (frame.reason.empty() ? "" : "; ") + text.str();
 }
 
 }  // namespace occ::internal::track

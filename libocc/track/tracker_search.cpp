@@ -110,7 +110,9 @@ TrackerImpl::Found TrackerImpl::found_by(const Fix& fix, const Scene& scene) {
 bool TrackerImpl::begin_with_systematic(Job& job, double time_s, const Rigid3& body_from_world,
                                         const Matrix6& covariance, const Fix& fix) {
   constexpr double low_weight = 100;
-  const double shift_m = options_.mount_sigma_m + options_.clock_sigma_s;
+  const double speed_m_s = options_.floor ? options_.floor->start_speed_sigma_m_s
+                                          : options_.filter.start_speed_sigma_m_s;
+  const double shift_m = options_.mount_sigma_m + options_.clock_sigma_s * speed_m_s;
   const Matrix6 wide = low_weight * inflated(covariance, options_.mount_sigma_rad, shift_m);
   filter_.start(time_s, body_from_world, wide);
   if (correct(job, found_by(fix, job.view.scene))) return true;
@@ -207,6 +209,7 @@ bool TrackerImpl::confirm(Job& job, const PosePrediction& predicted, const Jump&
     return false;
   }
   job.seen_s = jump.time_s;
+  integrity_.clear();
   if (has_systematic(job))
     begin_with_systematic(job, jump.time_s, jump.body_from_world, jump.covariance, fix);
   else

@@ -58,7 +58,9 @@ void define_estimated_pose(py::module_& m) {
           field("lamps", &E::lamps, "lamps used for the pose of the last image"),
           field("nis", &E::nis, "normalised innovation squared of the last image"),
           field("nis_dof", &E::nis_dof, "its degrees of freedom; 0 without lamps"),
-          field("relocated", &E::relocated, "the last image relocalised the vehicle")));
+          field("relocated", &E::relocated, "the last image relocalised the vehicle"),
+          field("protection_level_m", &E::protection_level_m,
+                "bound of the horizontal error; inf: unknown [m]")));
 }
 
 MakeEstimator estimators_of(const std::optional<EstimatorFactory>& factory) {

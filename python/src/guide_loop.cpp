@@ -91,7 +91,11 @@ auto tracker_fields() {
             "constant error of the camera's rotation on the vehicle about each of its axes [rad]"),
       field("mount_sigma_m", &T::mount_sigma_m,
             "constant error of its position along each of its axes [m]"),
-      field("clock_sigma_s", &T::clock_sigma_s, "constant error of the time stamps [s]"));
+      field("clock_sigma_s", &T::clock_sigma_s, "constant error of the time stamps [s]"),
+      field("alert_limit_m", &T::alert_limit_m,
+            "the vehicle stops while the protection level is above it; None: no level [m]"),
+      field("integrity_risk", &T::integrity_risk,
+            "probability that the error exceeds the protection level undetected"));
 }
 
 auto loop_fields() {
@@ -124,7 +128,7 @@ auto loop_fields() {
           field("start_sigma_rad", &O::start_sigma_rad,
                 "standard deviation of the initial heading error [rad]"),
           field("max_s", &O::max_s, "maximum duration of the run [s]"),
-          field("max_lost_s", &O::max_lost_s, "maximum time without a pose [s]"),
+          field("max_lost_s", &O::max_lost_s, "maximum time without a pose or with an alert [s]"),
           field("faults", &O::faults, "LoopFaults"), field("world", &O::world, "WorldErrors"),
           field("seed", &O::seed, "seed of all random numbers")),
       fields_within(&O::tracker, tracker_fields()));
@@ -156,6 +160,11 @@ void define_metrics(py::module_& m) {
           field("longest_outage_s", &M::longest_outage_s,
                 "longest time between tracked images [s]"),
           field("lost_s", &M::lost_s, "time without a pose [s]"),
+          field("alert_s", &M::alert_s, "time with a protection level above the alert limit [s]"),
+          field("protection_level_m", &M::protection_level_m,
+                "median over the steps that have one; 0 without an alert limit [m]"),
+          field("misleading_s", &M::misleading_s,
+                "time in which the error exceeds the protection level [s]"),
           field("relocations", &M::relocations, "confirmed jumps of the pose"),
           field("clock_jumps", &M::clock_jumps, "number of jumps detected"),
           field("nees", &M::nees, "mean over the steps; 3 is expected"),
@@ -217,6 +226,9 @@ Columns record_columns(const LoopResult& result) {
       column<bool>(records, [](const R& r) { return r.limited.speed || r.limited.turn; });
   columns["pan_rad"] = column<double>(records, [](const R& r) { return r.pan_rad; });
   columns["tilt_rad"] = column<double>(records, [](const R& r) { return r.tilt_rad; });
+  columns["protection_level_m"] =
+      column<double>(records, [](const R& r) { return r.estimate.protection_level_m; });
+  columns["alert"] = column<bool>(records, [](const R& r) { return r.alert; });
   columns["docking"] = column<bool>(records, [](const R& r) { return r.docking; });
   columns["frames"] = column<int>(records, [](const R& r) { return r.frames; });
   return columns;
@@ -267,7 +279,8 @@ void define_result_class(py::module_& m) {
           R"(Columns by name, an entry for each control step: time_s; true_x_m, true_y_m,
 true_heading_rad; x_m, y_m, heading_rad of the estimate with covariance (n, 3, 3); state (0 searching,
 1 tracking, 2 coasting, 3 lost), lamps; along_m and deviation_m of the true pose; speed_m_s,
-turn_rate_rad_s, steering_rad of the command, limited; pan_rad, tilt_rad; docking; frames arrived.)")
+turn_rate_rad_s, steering_rad of the command, limited; pan_rad, tilt_rad; protection_level_m (inf:
+unknown), alert; docking; frames arrived.)")
       .def_property_readonly(
           "frames", &frame_columns,
           R"(Columns by name, an entry for each image: captured_s, arrived_s, lost, state,

@@ -39,6 +39,8 @@ While searching or lost, the pose is undefined and its covariance infinite.)")
                     "True if the pose jumped out of the gate of its prediction.")
       .def_readonly("nis", &F::nis, "Normalised innovation squared of the lamps.")
       .def_readonly("nis_dof", &F::nis_dof, "Degrees of freedom of nis.")
+      .def_readonly("protection_level_m", &F::protection_level_m,
+                    "Horizontal protection level of the body [m]; inf without alert_limit_m.")
       .def_readonly("timing_s", &F::timing_s, "Timing: computing times [s].")
       .def("__repr__", [](const F& f) {
         const std::string text = "<TrackedFrame: " + value_repr(f.time_s) + " s, " +
@@ -75,7 +77,11 @@ auto tracker_fields() {
             "constant error of a camera's mount, shift along each of the camera's axes [m]"),
       field("clock_sigma_s", &O::clock_sigma_s, "constant error of the times of all images [s]"),
       field("confirmations", &O::confirmations,
-            "consecutive images that must agree on a pose outside the prediction"));
+            "consecutive images that must agree on a pose outside the prediction"),
+      field("alert_limit_m", &O::alert_limit_m,
+            "limit of the protection level of the body's position; None: no level [m]"),
+      field("integrity_risk", &O::integrity_risk,
+            "probability that the error exceeds the protection level undetected, for each image"));
   return std::tuple_cat(own, fields_within(&O::locate, of_locate));
 }
 
@@ -152,7 +158,11 @@ an unknown camera.)")
            "Returns the PosePrediction of the body at a time [s]; None while searching or lost.")
       .def("planar", &Tracker::planar, py::arg("time_s"),
            "Returns the PlanarEstimate of a vehicle on a floor at a time [s]; None while searching "
-           "or lost, and for a body in space.");
+           "or lost, and for a body in space.")
+      .def("protection_level_m", &Tracker::protection_level_m, py::arg("time_s"),
+           "Bounds the horizontal error of the body's position predicted to a time [s], even if "
+           "lamps are faulty [m]. inf without alert_limit_m, without a pose, and for a body in "
+           "space at other times than that of the last image.");
 }
 
 }  // namespace occ::python

@@ -273,6 +273,8 @@ def test_the_world_of_an_experiment(tmp_path, scene):
     assert world.floor_tilt_rad == pytest.approx(math.radians(0.1))
     options = read("tracker: {mount_sigma_rad: 0.003, mount_sigma_m: 0.002, clock_sigma_s: 0.005}\n")
     assert (options.mount_sigma_rad, options.mount_sigma_m, options.clock_sigma_s) == (0.003, 0.002, 0.005)
+    options = read("tracker: {alert_limit_m: 0.08, integrity_risk: 1.0e-6}\n")
+    assert (options.alert_limit_m, options.integrity_risk) == (0.08, 1e-6)
     assert repr(read("").world) == repr(occ.guide.WorldErrors())
     for text, complaint in [
         ("world: {lens: {k1: much}}\n", r"world\.lens\.k1"),
@@ -280,6 +282,35 @@ def test_the_world_of_an_experiment(tmp_path, scene):
         ("world: {map_sigma: 1}\n", "map_sigma_m"),
         ("world: {exposure: 0}\n", r"world\.exposure"),
         ("tracker: {mount_sigma_rad: -1}\n", "mount_sigma_rad"),
+        ("tracker: {alert_limit_m: 0}\n", "alert_limit_m"),
+        ("tracker: {integrity_risk: 2}\n", "integrity_risk"),
     ]:
         with pytest.raises(ValueError, match=complaint):
             read(text)
+
+
+def test_the_vehicle_stops_while_its_estimator_states_no_level(scene):
+    class Unprotected:
+        """Reports the start pose, without a protection level."""
+
+        def __init__(self, _):
+            self.estimate = occ.guide.EstimatedPose(state=occ.TrackerState.tracking)
+
+        def start(self, time_s, pose, covariance):
+            self.estimate = self.estimate.replace(time_s=time_s, pose=pose, covariance=covariance)
+
+        def add_odometry(self, step):
+            pass
+
+        def add_image(self, image, captured_s, now_s, cam_from_body):
+            return self.estimate
+
+        def at(self, time_s):
+            return self.estimate
+
+    route = occ.guide.Route([[1.6, 1.6], [2.4, 1.6]])
+    options = occ.guide.LoopOptions(alert_limit_m=0.05, max_lost_s=0.5)
+    run = occ.guide.closed_loop(scene, route, options, make_estimator=Unprotected)
+    assert run.outcome is occ.guide.LoopOutcome.lost and "no protection level below the alert limit" in run.message
+    assert run.records["alert"].all() and np.isinf(run.records["protection_level_m"]).all()
+    assert run.metrics.driven_m == 0 and run.metrics.alert_s == pytest.approx(0.5)

@@ -91,6 +91,18 @@ def test_the_exit_code_reports_a_run_that_does_not_arrive(tmp_path):
     assert text.startswith("1 of 1 runs of 0.50 m: 1 lost")
 
 
+def test_a_protected_run_states_its_level(tmp_path):
+    path = tmp_path / "protected.yaml"
+    path.write_text(SHORT + "tracker: {alert_limit_m: 0.1}\n")
+    out = tmp_path / "out"
+    code, text, _ = run(path, "--out", out, "--runs", 1, "--no-animation")
+    assert code == 0 and "protection level" in text and "stopped by an alert" in text
+    header = (out / "runs/000_records.csv").read_text().splitlines()[0].split(",")
+    assert {"protection_level_m", "alert"} <= set(header)
+    summary = json.loads((out / "summary.json").read_text())
+    assert 0 < summary["metrics"]["protection_level_m"]["max"] < 0.1
+
+
 @pytest.mark.parametrize(
     ("change", "complaint"),
     [

@@ -26,6 +26,8 @@ class SystematicErrors {
                  PoseObservation& seen);
   /// Adds the errors of the mount and of the clock; `velocity`: of the camera.
   void add_own(int camera, const Vector6& velocity, PoseObservation& seen);
+  /// Covariance of a camera's pose due to them.
+  Matrix6 own_covariance(const Vector6& velocity) const;
   /// Covariance of a camera's pose from a prediction of the body, with the errors of mount and
   /// clock.
   Matrix6 camera_covariance(const PosePrediction& predicted, const Rigid3& cam_from_body,

@@ -10,6 +10,7 @@
 
 #include "libocc/core/abi.hpp"
 #include "libocc/track/internal/expected_lamps.hpp"
+#include "libocc/track/internal/integrity_monitor.hpp"
 #include "libocc/track/internal/motion_filter.hpp"
 #include "libocc/track/internal/systematic_errors.hpp"
 #include "libocc/track/tracker.hpp"
@@ -28,6 +29,8 @@ class TrackerImpl {
   MotionFilter& filter() { return filter_; }
   const MotionFilter& filter() const { return filter_; }
   TrackerState state() const { return state_; }
+  IntegrityMonitor& integrity() { return integrity_; }
+  double protection_level_m(double time_s) const;
 
  private:
   struct CameraState {  // a camera and the times of its images
@@ -92,6 +95,7 @@ class TrackerImpl {
   static double seen_at(const Fix& fix, const Job& job);
   Prior lasting_prior(const Job& job) const;
   Result<Fix> locate_in(Job& job, const std::optional<Prior>& prior) const;
+  void protect(Job& job, const PredictedCamera& camera, const Found& found, const Refined& tracked);
   void set_tracking(const Job& job);
   void recall_looks(const Job& job, std::vector<ExpectedLamp>& expected) const;
   void set_unseen(Job& job, const PosePrediction& predicted);
@@ -102,6 +106,7 @@ class TrackerImpl {
   std::vector<CameraState> views_;
   MotionFilter filter_;
   SystematicErrors systematic_;
+  IntegrityMonitor integrity_;
   TrackerState state_ = TrackerState::searching;
   double last_seen_s_ = -std::numeric_limits<double>::infinity();
   std::vector<Jump> jumps_;  // of consecutive images, which agree with each other

@@ -47,11 +47,12 @@ ELSEWHERE = {
     "vehicle", "follower", "pure_pursuit", "stanley", "docking", "estimation", "camera_place_m", "camera_pan_rad",
     "camera_tilt_rad", "pan_tilt", "start", "faults", "world", "seed", "floor", "gate_sigma", "gate_model_sigma_px",
     "coast_s", "coast_sigma_m", "confirmations", "mount_sigma_rad", "mount_sigma_m", "clock_sigma_s",
+    "alert_limit_m", "integrity_risk",
 }
 # The section `tracker`: its keys are those of Tracker, so mount_sigma_rad is in radians.
 OF_TRACKER = (
     "floor", "gate_sigma", "gate_model_sigma_px", "coast_s", "coast_sigma_m", "confirmations", "mount_sigma_rad",
-    "mount_sigma_m", "clock_sigma_s",
+    "mount_sigma_m", "clock_sigma_s", "alert_limit_m", "integrity_risk",
 )
 
 

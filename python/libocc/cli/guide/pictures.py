@@ -68,9 +68,10 @@ def draw_room(axes: Axes, scene: Scene) -> None:
 
 
 def draw_errors(file: IO[bytes], run: Columns, frames: Columns, title: str) -> None:
-    """Errors of the estimate with 3-sigma bands, deviation from the route, and number of lamps."""
-    figure = Figure(figsize=(9, 9), dpi=90, layout="constrained")
-    rows: Any = figure.subplots(5, 1, sharex=True)
+    """Errors of the estimate with 3-sigma bands, deviation from the route, number of lamps, and protection level."""
+    protected = "protection_level_m" in run
+    figure = Figure(figsize=(9, 10.8 if protected else 9), dpi=90, layout="constrained")
+    rows: Any = figure.subplots(6 if protected else 5, 1, sharex=True)
     time_s = run["time_s"]
     known = np.isin(run["state"], (1, 2))
     for axes, name, unit, scale in (
@@ -100,12 +101,27 @@ def draw_errors(file: IO[bytes], run: Columns, frames: Columns, title: str) -> N
     rows[4].set_ylabel("lamps", fontsize=8)
     rows[4].set_ylim(bottom=-0.3)
     rows[4].legend(fontsize=7, loc="lower right", ncols=3)
-    rows[4].set_xlabel("time [s]", fontsize=8)
+    if protected:
+        draw_level(rows[5], run, known)
+    rows[-1].set_xlabel("time [s]", fontsize=8)
     for axes in rows:
         shade_states(axes, time_s, run["state"])
         axes.tick_params(labelsize=7)
     figure.suptitle(title, fontsize=10, color=INK)
     save(file, figure)
+
+
+def draw_level(axes: Axes, run: Columns, known: NDArray[np.bool_]) -> None:
+    """Length of the position's error, and its bound."""
+    error_m = np.hypot(run["x_m"] - run["true_x_m"], run["y_m"] - run["true_y_m"])
+    axes.semilogy(run["time_s"], 1e3 * np.where(known, error_m, np.nan), color=TRUTH, lw=0.8, label="error")
+    axes.semilogy(run["time_s"], 1e3 * run["protection_level_m"], color=ESTIMATE, lw=1.2, label="protection level")
+    axes.fill_between(
+        run["time_s"], 0, 1, where=run["alert"] == 1, transform=axes.get_xaxis_transform(), color=BLIND, alpha=0.2,
+        lw=0, label="above the alert limit: stopped",
+    )
+    axes.set_ylabel("position [mm]", fontsize=8)
+    axes.legend(fontsize=7, loc="lower right", ncols=3)
 
 
 def draw_band(

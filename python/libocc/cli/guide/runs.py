@@ -62,7 +62,10 @@ def summary_of(result: LoopResult) -> dict[str, Any]:
 
 
 def record_rows(records: dict[str, Any]) -> dict[str, Any]:
-    columns = {key: value for key, value in records.items() if key != "covariance"}
+    dropped = {"covariance"}
+    if not np.isfinite(records["protection_level_m"]).any():  # no alert limit is set
+        dropped |= {"protection_level_m", "alert"}
+    columns = {key: value for key, value in records.items() if key not in dropped}
     sigmas = np.sqrt(np.diagonal(records["covariance"], axis1=1, axis2=2))
     names = ("sigma_x_m", "sigma_y_m", "sigma_heading_rad")
     return columns | dict(zip(names, sigmas.T, strict=True))

@@ -27,6 +27,11 @@ SHOWN = (
     ("nis_per_dof", "NIS per degree (1)", "", 1),
     ("driven_m", "driven", "m", 1),
 )
+# Shown if an alert limit is set.
+PROTECTED = (
+    ("protection_level_m", "protection level", "mm", 1e3),
+    ("alert_s", "stopped by an alert", "s", 1),
+)
 TIMED = (("frame_median_s", "time per frame, median", "us", 1e6), ("frame_p99_s", "time per frame, p99", "us", 1e6))
 
 
@@ -46,7 +51,8 @@ def summarised(experiment: Experiment, runs: list[Run], test: DockingTest | None
             "kind": planned.kind, "status": planned.status, "message": planned.message,
             "seen_share": planned.seen_share,
         }
-    data["metrics"] = {key: spread([float(run.summary[key]) for run in runs]) for key, *_ in SHOWN}
+    shown = SHOWN + PROTECTED if experiment.options.alert_limit_m is not None else SHOWN
+    data["metrics"] = {key: spread([float(run.summary[key]) for run in runs]) for key, *_ in shown}
     if test is not None:
         data["docking_test"] = docking_dict(test)
     return data
@@ -72,8 +78,9 @@ def text_of(data: dict[str, Any], runs: list[Run]) -> str:
         lines.append(f"plan ({plan['kind']}): {plan['status']}, {share}")
         lines += [plan["message"]] if plan["message"] else []
     lines.append(f"{'':24}{'mean':>10}{'min':>10}{'max':>10}")
-    for key, name, unit, scale in SHOWN:
-        lines.append(row(name, unit, scale, data["metrics"][key]))
+    for key, name, unit, scale in SHOWN + PROTECTED:
+        if key in data["metrics"]:
+            lines.append(row(name, unit, scale, data["metrics"][key]))
     for key, name, unit, scale in TIMED:
         lines.append(row(name, unit, scale, spread([run.times[key] for run in runs])))
     if "docking_test" in data:
