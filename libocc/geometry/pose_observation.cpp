@@ -36,6 +36,7 @@ PoseObservation PoseObservation::without_systematic() const {
   if (systematic.empty()) return out;
   out.systematic.clear();
   out.gradient_by_systematic.resize(6, 0);
+  out.uncertain_systematic = 0;
   constexpr double rounding = 1e-13;
   const Vector6 scale = information.diagonal().cwiseMax(0).cwiseSqrt();
   const Vector6 unit = (scale.array() > 0).select(scale.cwiseInverse(), 0);
@@ -79,6 +80,9 @@ void PoseObservation::validate() const {
   require(gradient_by_systematic.cols() == static_cast<Eigen::Index>(systematic.size()),
           "gradient_by_systematic.cols()", gradient_by_systematic.cols(),
           "the number of systematic errors");
+  require(uncertain_systematic >= 0 && uncertain_systematic <= static_cast<int>(systematic.size()),
+          "uncertain_systematic", uncertain_systematic,
+          "between zero and the number of systematic errors");
   require(gradient_by_systematic.allFinite(), "gradient_by_systematic", gradient_by_systematic,
           "finite");
 }

@@ -33,6 +33,10 @@ struct LIBOCC_API PoseObservation {
   std::vector<int> systematic = {};
   /// Derivative of the gradient by the systematic errors, one column for each.
   Eigen::Matrix<double, 6, Eigen::Dynamic> gradient_by_systematic = {};
+  /// Number of the last systematic errors whose derivatives vary by noise, such as those of a clock
+  /// by a measured velocity. Filters do not estimate them from that variation: the gain takes their
+  /// effects on different observations as independent, the covariance as common.
+  int uncertain_systematic = 0;
 
   /// Observation from a pose with its covariance. Throws std::invalid_argument if the covariance is
   /// not symmetric and positive definite.

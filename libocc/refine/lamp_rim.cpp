@@ -265,10 +265,16 @@ Eigen::MatrixXd LampRim::eliminate(const Products& products) {
   return sums;
 }
 
-/// Within six sigma, beyond which the rim would be linearised where the lamp is not.
+/// Limits each error to six sigma, beyond which the rim would be linearised where the lamp is not.
+/// A shift is limited by the largest sigma of the axes: a small one, as of a known height, would
+/// keep the lamp from its image while the pose is not yet right.
 void LampRim::set_estimate(const LampError& unit) {
   constexpr double max_sigmas = 6;
-  next_unit_error_ = unit / std::max(1.0, unit.cwiseAbs().maxCoeff() / max_sigmas);
+  LampError limits = LampError::Constant(max_sigmas);
+  const Eigen::Vector3d& sigmas_m = lamp_.errors->position_m;
+  for (int axis = 0; axis < 3; ++axis)
+    if (sigmas_m[axis] > 0) limits[3 + axis] *= sigmas_m.maxCoeff() / sigmas_m[axis];
+  next_unit_error_ = unit.cwiseMax(-limits).cwiseMin(limits);
 }
 
 void LampRim::add_to(PoseNormalEquations& normal, CameraSums* camera) {

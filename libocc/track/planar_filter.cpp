@@ -110,7 +110,8 @@ class PlanarModel {
     SystematicRoot<states> errors = state.systematic;
     Root root = state.root;
     errors.use(seen.systematic, root);
-    const SystematicUpdate corrected(root, errors.rows, on_floor(state.pose, seen));
+    const SystematicUpdate corrected(root, errors.rows, on_floor(state.pose, seen),
+                                     seen.uncertain_systematic);
     const FilterUpdate update = gated(corrected, options_.gate_sigma);
     if (!update.accepted()) return update;
     correct(state, corrected.step());

@@ -107,7 +107,7 @@ class PoseModel {
     SystematicRoot<states> errors = state.systematic;
     errors.rows.leftCols<6>() *= d_difference(off).transpose();
     errors.use(seen.systematic, about_seen);
-    const SystematicUpdate corrected(about_seen, errors.rows, equation);
+    const SystematicUpdate corrected(about_seen, errors.rows, equation, seen.uncertain_systematic);
     const FilterUpdate update = gated(corrected, options_.gate_sigma);
     if (!update.accepted()) return update;
     const Vector6 left = off + corrected.step().head<6>();

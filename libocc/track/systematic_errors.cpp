@@ -76,8 +76,9 @@ void SystematicErrors::add_own(int camera, const Vector6& velocity, PoseObservat
   for (int i = 0; i < 6; ++i)
     if (mount_sigmas_[i] > 0)
       append(number({mount, camera, i}), information.col(i) * mount_sigmas_[i], seen);
-  if (clock_sigma_s_ > 0)
-    append(number({clock, 0, 0}), information * velocity * clock_sigma_s_, seen);
+  if (!(clock_sigma_s_ > 0)) return;
+  append(number({clock, 0, 0}), information * velocity * clock_sigma_s_, seen);
+  seen.uncertain_systematic = 1;
 }
 
 Matrix6 SystematicErrors::own_covariance(const Vector6& velocity) const {

@@ -89,17 +89,17 @@ TEST(IntegrityMonitor, BoundsTheErrorWithinTheLimit) {
 }
 
 TEST(IntegrityMonitor, BoundsTheErrorOfAWrongMap) {
-  double largest_m = 0;
+  double max_error_m = 0;
   for (const double moved_m : {0.003, 0.01, 0.03, 0.1})
     for (std::size_t lamp = 0; lamp < 6; ++lamp) {
       Scene map = six_lamps();
       map.lamps[lamp].centre_m += Eigen::Vector3d(moved_m, -0.5 * moved_m, 0);
       for (const Step& step : drive(six_lamps(), map)) {
         EXPECT_LE(step.error_m, step.level_m) << moved_m << " m, lamp " << lamp;
-        largest_m = std::max(largest_m, step.error_m);
+        max_error_m = std::max(max_error_m, step.error_m);
       }
     }
-  EXPECT_GT(largest_m, 2e-3);  // the faults have an effect
+  EXPECT_GT(max_error_m, 2e-3);  // the faults have an effect
 }
 
 TEST(IntegrityMonitor, GrowsWithTheDistanceWhileTheLampsAreOff) {

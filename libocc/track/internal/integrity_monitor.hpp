@@ -35,7 +35,7 @@ struct SingleImage {
   double time_s = 0;
   const Refined& refined;
   Rigid3 cam_from_body;
-  Matrix6 mount_covariance;  ///< of cam_from_world: errors of mount and clock
+  Matrix6 mount_covariance;  ///< part of mount and clock in that of cam_from_world
 };
 
 class IntegrityMonitor {

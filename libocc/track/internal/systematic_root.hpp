@@ -11,6 +11,11 @@
 //     [I            0]
 //     [R W^T        R]
 //     [C W^T + B^T  C].
+// R+ and C+ hold for any gain. Where B is computed from noise, a gain that depends on C and B would
+// estimate the error from that noise. For errors with uncertain derivatives
+// (PoseObservation::uncertain_systematic) the rows of C are therefore left out, and a row W_i u_i
+// for each state takes their place, with B = W u: as if the shifts u of the states were independent
+// noise.
 //
 // Source: Schmidt, "Application of state-space methods to navigation problems", Advances in Control
 // Systems 3, 1966; Tapley, Schutz, Born, Statistical Orbit Determination, 2004, ch. 6.
@@ -81,11 +86,12 @@ struct SystematicRoot {
 class SystematicUpdate {
  public:
   /// Root R, errors C, and a data equation of the first states; the columns of its `systematic` are
-  /// those of the last rows of C.
+  /// those of the last rows of C, of which the last `uncertain` have uncertain derivatives.
   template <class Root, class Errors, int measured>
-  SystematicUpdate(const Root& root, const Errors& errors, const DataEquation<measured>& seen)
+  SystematicUpdate(const Root& root, const Errors& errors, const DataEquation<measured>& seen,
+                   int uncertain)
       : root_(root), errors_(errors) {
-    update(seen.rows, seen.residuals, seen.systematic);
+    update(seen.rows, seen.residuals, seen.systematic, uncertain);
   }
 
   double nis() const { return nis_; }
@@ -96,8 +102,11 @@ class SystematicUpdate {
 
  private:
   void update(const Eigen::MatrixXd& rows, const Eigen::VectorXd& residuals,
-              const Eigen::MatrixXd& systematic);
-  void count_nis(const Eigen::MatrixXd& innovation_root, const Eigen::VectorXd& white);
+              const Eigen::MatrixXd& systematic, Eigen::Index uncertain);
+  static Eigen::MatrixXd shifts_of(const Eigen::MatrixXd& rows, const Eigen::MatrixXd& systematic);
+  static Eigen::MatrixXd innovation_root(const Eigen::MatrixXd& by_noise,
+                                         const Eigen::MatrixXd& by_errors);
+  void count_nis(const Eigen::MatrixXd& innovation_root, const Eigen::VectorXd& residuals);
 
   double nis_ = 0;
   int dof_ = 0;
