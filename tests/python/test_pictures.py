@@ -125,6 +125,16 @@ def test_the_stored_bit_errors_agree_with_the_rate_of_the_most_likely_symbol(roo
     assert far >= 5
 
 
+def test_stated_errors_agree_with_the_covariance_of_simulated_fixes(tmp_path: Path, tool: Tool) -> None:
+    module = tool("stated_error_curves")
+    outcomes = module.located(module.wrong_heights, 0.003, 12)
+    error_mm, sigma_mm = module.curve([outcomes], lambda outcome: outcome.stated)[0]
+    assert 0.5 * sigma_mm < error_mm < 1.6 * sigma_mm < 30
+    points = [[outcomes for _ in sigmas] for *_, sigmas, _, _ in module.PANELS]
+    module.draw(points, tmp_path / "stated_errors.png")
+    assert (tmp_path / "stated_errors.png").stat().st_size > 10_000
+
+
 def test_codes_are_redrawn_from_the_stored_table(
     root: Path, tmp_path: Path, tool: Tool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
