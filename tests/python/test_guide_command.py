@@ -103,6 +103,18 @@ def test_a_protected_run_states_its_level(tmp_path):
     assert 0 < summary["metrics"]["protection_level_m"]["max"] < 0.1
 
 
+def test_a_run_that_never_has_a_level_records_its_alert(tmp_path):
+    path = tmp_path / "dark.yaml"
+    dark = "\n".join(f"    - {{lamp: {i}, from_s: 0}}" for i in range(4))
+    path.write_text(SHORT + "max_lost_s: 1\ntracker: {alert_limit_m: 0.1}\nfaults:\n  lamp_failures:\n" + dark)
+    out = tmp_path / "out"
+    code, _, _ = run(path, "--out", out, "--runs", 1, "--no-animation")
+    assert code == 1
+    header, *rows = (line.split(",") for line in (out / "runs/000_records.csv").read_text().splitlines())
+    assert {row[header.index("alert")] for row in rows} == {"1"}
+    assert {row[header.index("protection_level_m")] for row in rows} == {"inf"}
+
+
 @pytest.mark.parametrize(
     ("change", "complaint"),
     [

@@ -63,7 +63,8 @@ def summary_of(result: LoopResult) -> dict[str, Any]:
 
 def record_rows(records: dict[str, Any]) -> dict[str, Any]:
     dropped = {"covariance"}
-    if not np.isfinite(records["protection_level_m"]).any():  # no alert limit is set
+    # With an alert limit, a step without a level is an alert.
+    if not (np.isfinite(records["protection_level_m"]) | records["alert"]).any():
         dropped |= {"protection_level_m", "alert"}
     columns = {key: value for key, value in records.items() if key not in dropped}
     sigmas = np.sqrt(np.diagonal(records["covariance"], axis1=1, axis2=2))
