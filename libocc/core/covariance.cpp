@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "libocc/core/internal/covariance.hpp"
 
-#include <Eigen/Cholesky>
-
 #include "libocc/core/internal/dense.hpp"
 #include "libocc/core/require.hpp"
 
@@ -57,8 +55,8 @@ void check_definite(const Matrix& a, std::string_view name) {
 
 template <class Matrix>
 Matrix root_of(const Matrix& a) {
-  const Eigen::LLT<Matrix> cholesky(a);
-  if (cholesky.info() == Eigen::Success) return cholesky.matrixU();
+  const Cholesky<Matrix> cholesky(a);
+  if (cholesky.exists()) return cholesky.lower().transpose();
   const Column<Matrix> scale = a.diagonal().cwiseMax(0).cwiseSqrt();
   const Column<Matrix> unit = (scale.array() > 0).select(scale.cwiseInverse(), 0);
   const auto eigen = symmetric_eigen<Matrix>(unit.asDiagonal() * a * unit.asDiagonal());

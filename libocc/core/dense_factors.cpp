@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <Eigen/QR>
 #include <cmath>
 
 #include "libocc/core/internal/dense.hpp"
@@ -22,9 +21,8 @@ Eigen::JacobiSVD<Matrix> jacobi_svd(const Matrix& a, unsigned options) {
   return Eigen::JacobiSVD<Matrix>(a, options);
 }
 
-Eigen::MatrixXd householder_q(const Eigen::MatrixXd& a, Eigen::Index columns) {
-  return Eigen::HouseholderQR<Eigen::MatrixXd>(a).householderQ() *
-         Eigen::MatrixXd::Identity(a.rows(), columns);
+Eigen::MatrixXd minimum_norm_solution(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) {
+  return Eigen::JacobiSVD<Eigen::MatrixXd>(a, Eigen::ComputeThinU | Eigen::ComputeThinV).solve(b);
 }
 
 template <int n>

@@ -3,50 +3,64 @@
 
 #include <ceres/tiny_solver.h>
 
-#include <Eigen/Cholesky>
 #include <cmath>
+
+#include "libocc/core/internal/dense.hpp"
 
 namespace occ::internal::core {
 namespace {
 
-/// Residuals and Jacobian, n + 1 rows, with the sums given; returns g^T H^-1 g.
-template <int n, class Residuals, class Jacobian>
-double square_root(const NormalSums<n>& sums, Residuals& r, Jacobian& j) {
+/// H = P^T L D L^T P and L^-1 P g of some sums.
+template <int n>
+class Factorised {
+ public:
   using Matrix = typename NormalSums<n>::Matrix;
   using Vector = typename NormalSums<n>::Vector;
-  const Eigen::Index size = sums.gradient.size();
-  const Eigen::LDLT<Matrix> ldlt(sums.information);
-  const Vector d = ldlt.vectorD();
-  const double singular = 1e-15 * d.cwiseAbs().maxCoeff();  // rounding of the factorisation
-  const Matrix upper = ldlt.matrixU();
-  const Vector permuted = ldlt.transpositionsP() * sums.gradient;
-  const Vector solved = ldlt.matrixL().solve(permuted);
-  r.setZero();
-  j.setZero();
-  for (Eigen::Index i = 0; i < size; ++i) {
-    if (!(d[i] > singular)) continue;
-    j.row(i) = std::sqrt(d[i]) * upper.row(i);
-    r[i] = solved[i] / std::sqrt(d[i]);
-  }
-  const Matrix lower = j.template topRows<n>(size).transpose();
-  j.template topRows<n>(size) = (ldlt.transpositionsP().transpose() * lower).transpose();
-  const double step2 = r.template head<n>(size).squaredNorm();
-  r[size] = std::sqrt(std::max(0.0, sums.chi2 - step2));
-  return step2;
-}
 
-/// -H^-1 g; undetermined directions get no step.
-template <int n>
-typename NormalSums<n>::Vector gauss_newton_step(const NormalSums<n>& sums) {
-  const Eigen::LDLT<typename NormalSums<n>::Matrix> ldlt(sums.information);
-  const typename NormalSums<n>::Vector d = ldlt.vectorD();
-  const double singular = 1e-15 * d.cwiseAbs().maxCoeff();
-  typename NormalSums<n>::Vector step = ldlt.transpositionsP() * sums.gradient;
-  ldlt.matrixL().solveInPlace(step);
-  for (Eigen::Index i = 0; i < d.size(); ++i) step[i] = d[i] > singular ? -step[i] / d[i] : 0;
-  ldlt.matrixU().solveInPlace(step);
-  return ldlt.transpositionsP().transpose() * step;
-}
+  explicit Factorised(const NormalSums<n>& sums)
+      : sums_(sums),
+        ldlt_(sums.information),
+        d_(ldlt_.factors().vectorD()),
+        solved_(ldlt_.factors().transpositionsP() * sums.gradient),
+        singular_(1e-15 * d_.cwiseAbs().maxCoeff()) {
+    ldlt_.factors().matrixL().solveInPlace(solved_);
+  }
+
+  /// Residuals and Jacobian, n + 1 rows, with the sums; returns g^T H^-1 g.
+  template <class Residuals, class Jacobian>
+  double square_root(Residuals& r, Jacobian& j) const {
+    const Eigen::Index size = d_.size();
+    const Matrix upper = ldlt_.factors().matrixU();
+    r.setZero();
+    j.setZero();
+    for (Eigen::Index i = 0; i < size; ++i) {
+      if (!(d_[i] > singular_)) continue;
+      j.row(i) = std::sqrt(d_[i]) * upper.row(i);
+      r[i] = solved_[i] / std::sqrt(d_[i]);
+    }
+    const Matrix lower = j.template topRows<n>(size).transpose();
+    j.template topRows<n>(size) =
+        (ldlt_.factors().transpositionsP().transpose() * lower).transpose();
+    const double step2 = r.template head<n>(size).squaredNorm();
+    r[size] = std::sqrt(std::max(0.0, sums_.chi2 - step2));
+    return step2;
+  }
+
+  /// -H^-1 g; undetermined directions get no step.
+  Vector gauss_newton_step() const {
+    Vector step = Vector::Zero(d_.size());
+    for (Eigen::Index i = 0; i < d_.size(); ++i)
+      if (d_[i] > singular_) step[i] = -solved_[i] / d_[i];
+    ldlt_.factors().matrixU().solveInPlace(step);
+    return ldlt_.factors().transpositionsP().transpose() * step;
+  }
+
+ private:
+  const NormalSums<n>& sums_;
+  Ldlt<Matrix> ldlt_;
+  Vector d_, solved_;
+  double singular_;  // rounding of the factorisation
+};
 
 /// A problem as TinySolver calls it.
 template <int n>
@@ -85,10 +99,11 @@ struct TinyFunction {
       j.setZero();
       return true;
     }
-    const double step2 = square_root<n>(sums, r, j);
+    const Factorised<n> factorised(sums);
+    const double step2 = factorised.square_root(r, j);
     if (step_tolerance > 0 &&
         step2 <= std::max(step_tolerance * step_tolerance, rounding * sums.chi2)) {
-      last_step = gauss_newton_step<n>(sums);
+      last_step = factorised.gauss_newton_step();
       r.template head<n>(size).setZero();  // a gradient of zero ends the iteration
     }
     return true;
@@ -103,7 +118,7 @@ LeastSquaresResult minimise(SumsProblem<n>& problem, typename SumsProblem<n>::Ve
   using Function = TinyFunction<n>;
   bool failed = false;
   typename Function::Vector last_step = Function::Vector::Zero(x.size());
-  ceres::TinySolver<Function> solver;
+  ceres::TinySolver<Function, Ldlt<typename NormalSums<n>::Matrix>> solver;
   solver.options.max_num_iterations = options.max_iterations + 1;  // counts the start as well
   solver.options.gradient_tolerance = options.gradient_tolerance;
   solver.options.function_tolerance = options.chi2_tolerance;

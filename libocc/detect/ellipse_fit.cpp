@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "libocc/detect/internal/ellipse_fit.hpp"
 
-#include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <cmath>
 
@@ -56,8 +55,8 @@ std::optional<FittedConic> algebraic_fit(const std::vector<RimPoint>& rim, const
     normal += row * row.transpose();
     right += row;
   }
-  const Eigen::LDLT<Matrix5> solver(normal);
-  if (solver.info() != Eigen::Success || !(solver.rcond() > 1e-12)) return std::nullopt;
+  const core::Ldlt<Matrix5> solver(normal);
+  if (solver.factors().info() != Eigen::Success || !(solver.rcond() > 1e-12)) return std::nullopt;
   const Vector5 s = solver.solve(right);
   FittedConic conic;
   conic.shape << s[0], s[1], s[1], s[2];
@@ -106,13 +105,13 @@ std::optional<EllipseFit> iterate(const std::vector<RimPoint>& rim, const Frame&
                                   FittedConic conic) {
   for (int step = 0; step < max_steps; ++step) {
     const NormalEquations sums(rim, frame, conic);
-    const Eigen::LDLT<Matrix5> solver(sums.matrix);
-    if (solver.info() != Eigen::Success || !(solver.rcond() > 1e-13)) return std::nullopt;
+    const core::Ldlt<Matrix5> solver(sums.matrix);
+    if (solver.factors().info() != Eigen::Success || !(solver.rcond() > 1e-13)) return std::nullopt;
     const Vector5 change = solver.solve(sums.right);
     if (change.norm() < converged) {
       EllipseFit fit;
       fit.conic = frame.out(conic);
-      const Matrix5 covariance = solver.solve(Matrix5::Identity());
+      const Matrix5 covariance = solver.solve<Matrix5>(Matrix5::Identity());
       fit.centre_covariance_px2 = covariance.topLeftCorner<2, 2>() * (frame.size * frame.size);
       fit.chi2 = sums.chi2;
       fit.dof = static_cast<int>(rim.size()) - parameters;

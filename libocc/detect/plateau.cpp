@@ -9,6 +9,7 @@
 #include <cstddef>
 
 #include "libocc/core/abi.hpp"
+#include "libocc/core/internal/dense.hpp"
 #include "libocc/core/math.hpp"
 #include "libocc/detect/internal/ellipse_fit.hpp"
 #include "libocc/detect/internal/normal_table.hpp"
@@ -172,7 +173,7 @@ class RimTerms {
  public:
   RimTerms(const Patch& patch, const FittedConic& conic, double depth_px, double scale, int used)
       : mean_(Terms::Zero(used)), by_place_(used, 2), by_angle_(used, 3) {
-    const Eigen::Matrix2d root = conic.shape.llt().matrixU();
+    const Eigen::Matrix2d root = core::Cholesky<Eigen::Matrix2d>(conic.shape).lower().transpose();
     const Eigen::Matrix2d of_circle = root.inverse();
     Eigen::Matrix2d spread = Eigen::Matrix2d::Zero();
     Eigen::Matrix3d angles = Eigen::Matrix3d::Zero();

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "libocc/formation/moment_filter.hpp"
 
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 
+#include "libocc/core/internal/dense.hpp"
 #include "libocc/core/math.hpp"
 
 namespace occ {
@@ -22,8 +22,8 @@ double variance(double sigma_px) { return sigma_px * sigma_px + 1.0 / 12; }
 
 MomentFilter::MomentFilter(double psf_sigma_px) {
   const double sigma = std::min(psf_sigma_px, max_fitted_sigma_px);
-  Eigen::Matrix<double, samples, 4> responses;
-  Eigen::Matrix<double, samples, 1> wanted;
+  Eigen::MatrixXd responses(samples, 4);
+  Eigen::VectorXd wanted(samples);
   for (Eigen::Index i = 0; i < samples; ++i) {
     const double k = pi * (static_cast<double>(i) + 0.5) / static_cast<double>(samples);
     const double spectrum = std::exp(-0.5 * sigma * sigma * k * k) * std::sin(0.5 * k) / (0.5 * k);
@@ -32,7 +32,7 @@ MomentFilter::MomentFilter(double psf_sigma_px) {
     for (Eigen::Index j = 0; j < 4; ++j)
       responses(i, j) = weight * 2 * std::sin(static_cast<double>(j + 1) * k);
   }
-  const Eigen::Vector4d taps = responses.householderQr().solve(wanted);
+  const Eigen::Vector4d taps = internal::core::OrthogonalFactors(responses).solve(wanted);
   for (std::size_t j = 0; j < 4; ++j)
     taps_[j] = taps[static_cast<Eigen::Index>(j)] * variance(psf_sigma_px) / variance(sigma);
 }

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "libocc/geometry/pose_observation.hpp"
 
-#include <Eigen/Cholesky>
 #include <cmath>
 
 #include "libocc/core/internal/covariance.hpp"
@@ -20,8 +19,8 @@ bool finite(const Rigid3& pose) {
 PoseObservation PoseObservation::of_pose(double time_s, const Rigid3& cam_from_world,
                                          const Matrix6& covariance, const Rigid3& cam_from_body) {
   internal::core::require_positive_definite(covariance, "covariance");
-  const Eigen::LLT<Matrix6> llt(0.5 * (covariance + covariance.transpose()));
-  const Matrix6 root = llt.matrixL().solve(Matrix6::Identity());
+  const internal::core::Cholesky<Matrix6> cholesky(0.5 * (covariance + covariance.transpose()));
+  const Matrix6 root = cholesky.solve_lower<Matrix6>(Matrix6::Identity());
   PoseObservation seen;
   seen.time_s = time_s;
   seen.cam_from_world = cam_from_world;
@@ -52,7 +51,8 @@ PoseObservation PoseObservation::without_systematic() const {
   const Matrix6 whiten =
       inverse.asDiagonal() * eigen.eigenvectors().transpose() * unit.asDiagonal();
   const Eigen::MatrixXd by_errors = whiten * gradient_by_systematic;
-  const Eigen::MatrixXd covariance = Matrix6::Identity() + by_errors * by_errors.transpose();
+  Eigen::MatrixXd covariance = internal::core::product_transposed(by_errors, by_errors);
+  covariance.diagonal().array() += 1;
   const Matrix6 weighted = internal::core::solve_llt(covariance, Eigen::MatrixXd(rows));
   out.information = rows.transpose() * weighted;
   out.information = (0.5 * (out.information + out.information.transpose())).eval();

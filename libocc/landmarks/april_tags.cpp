@@ -3,12 +3,12 @@
 
 #include <apriltag/apriltag.h>
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <memory>
 
 #include "libocc/core/internal/april_family.hpp"
+#include "libocc/core/internal/dense.hpp"
 #include "libocc/core/require.hpp"
 #include "libocc/landmarks/internal/grey_image.hpp"
 #include "libocc/landmarks/internal/tag_corners.hpp"
@@ -41,7 +41,7 @@ Eigen::Matrix3d homography_to(const std::array<Eigen::Vector2d, 4>& corners) {
     a.row(2 * k + 1) << 0, 0, 0, x[k], y[k], 1, -c.y() * x[k], -c.y() * y[k];
     b.segment<2>(2 * k) = c;
   }
-  const Eigen::Matrix<double, 8, 1> h = a.partialPivLu().solve(b);
+  const Eigen::Matrix<double, 8, 1> h = internal::core::solve_lu(a, b);
   Eigen::Matrix3d homography;
   homography << h[0], h[1], h[2], h[3], h[4], h[5], h[6], h[7], 1;
   return homography;

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "libocc/locate/internal/curved_covariance.hpp"
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -34,7 +33,8 @@ class Curve {
  public:
   Curve(const SeenPoints& seen, const PointFit& fit, double variance_factor)
       : seen_(seen), fit_(fit) {
-    const Matrix6 root = fit.equations.information.llt().matrixL().solve(Matrix6::Identity());
+    const core::Cholesky<Matrix6> cholesky(fit.equations.information);
+    const Matrix6 root = cholesky.solve_lower<Matrix6>(Matrix6::Identity());
     inverse_ = root.transpose() * root;
     // Directions in units of an angle: shifts relative to the distance.
     Vector6 unit = Vector6::Ones();
@@ -167,7 +167,8 @@ Matrix6 left_covariance(const SeenPoints& seen, const PointFit& fit, double vari
   const Eigen::Vector3d& arm = fit.pose.translation;
   const Matrix6 jacobian = left_jacobian(arm);
   // J (L L^T)^-1 J^T as Y^T Y, L Y = J^T: symmetric to the last bit.
-  const Matrix6 y = fit.equations.information.llt().matrixL().solve(jacobian.transpose());
+  const core::Cholesky<Matrix6> cholesky(fit.equations.information);
+  const Matrix6 y = cholesky.solve_lower<Matrix6>(jacobian.transpose());
   Matrix6 left;
   left.noalias() = variance_factor * y.transpose() * y;
   const bool curved = is_curved(fit, left.topLeftCorner<3, 3>().trace());

@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <Eigen/Cholesky>
-#include <Eigen/Geometry>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <optional>
 
+#include "libocc/core/internal/dense.hpp"
 #include "libocc/geometry/so3.hpp"
 #include "libocc/network/internal/consensus.hpp"
 
@@ -65,9 +63,9 @@ class BodyTrial {
           gradient -= rows.r[axis] * b;
         }
       }
-      const Eigen::LLT<Eigen::MatrixXd> factor(information);
-      if (factor.info() != Eigen::Success || !(factor.rcond() > 1e-13)) return;
-      const Eigen::VectorXd move = factor.solve(gradient);
+      const core::Cholesky<Eigen::MatrixXd> cholesky(information);
+      if (!cholesky.exists() || !(cholesky.rcond() > 1e-13)) return;
+      const Eigen::VectorXd move = cholesky.solve(gradient);
       const BodyPlacement before = placement();
       BodyPlacement next = before;
       next.pose.rotation = so3_exp(move.head<3>()) * before.pose.rotation;
@@ -96,17 +94,14 @@ class BodyTrial {
         in_world.rightCols<1>() = *point;
       }
     if (in_body.cols() < 3) return std::nullopt;
-    const bool scaled = layout_.body_sizes[body_] == 7;
-    const double scale = state_.scales[body_];
-    const Matrix3Xd shape = scaled ? in_body : Matrix3Xd(scale * in_body);
-    const Eigen::Matrix4d umeyama = Eigen::umeyama(shape, in_world, scaled);
-    if (!umeyama.allFinite()) return std::nullopt;
-    const double fitted_scale =
-        scaled ? std::cbrt(umeyama.topLeftCorner<3, 3>().determinant()) : scale;
-    if (!(fitted_scale > 0)) return std::nullopt;
-    return BodyPlacement{
-        {nearest_rotation(umeyama.topLeftCorner<3, 3>()), umeyama.topRightCorner<3, 1>()},
-        fitted_scale};
+    const Vector3d from = in_body.rowwise().mean(), to = in_world.rowwise().mean();
+    const Matrix3Xd shape = in_body.colwise() - from, seen = in_world.colwise() - to;
+    const Eigen::Matrix3d rotation = nearest_rotation(seen * shape.transpose());
+    const double scale = layout_.body_sizes[body_] == 7
+                             ? seen.cwiseProduct(rotation * shape).sum() / shape.squaredNorm()
+                             : state_.scales[body_];
+    if (!rotation.allFinite() || !(scale > 0)) return std::nullopt;
+    return BodyPlacement{{rotation, to - scale * rotation * from}, scale};
   }
 
  private:

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "libocc/network/datum.hpp"
 
-#include <Eigen/LU>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 
@@ -79,7 +77,8 @@ class DatumConstraints {
     if (rows_.empty()) return Eigen::Matrix<double, 7, 7>::Identity();
     MatrixXd all(static_cast<Index>(rows_.size()), 7);
     for (std::size_t k = 0; k < rows_.size(); ++k) all.row(static_cast<Index>(k)) = rows_[k];
-    const auto eigen = internal::core::symmetric_eigen<MatrixXd>(all.transpose() * all);
+    const auto eigen =
+        internal::core::symmetric_eigen<MatrixXd>(internal::core::transposed_product(all, all));
     Index defect = 0;
     while (defect < 7 && eigen.eigenvalues()[defect] < 1e-12 * eigen.eigenvalues()[6]) ++defect;
     return eigen.eigenvectors().leftCols(defect);
@@ -294,7 +293,7 @@ Result<Network> in_datum(const Network& network, const Network& reference, const
         misclosure.head(conditions->rows[k].rows()) +=
             conditions->rows[k] * (position - reference.position_m(conditions->targets[k]));
         jacobian.topRows(conditions->rows[k].rows()) +=
-            conditions->rows[k] * similarity_jacobian(defect, position);
+            internal::core::product(conditions->rows[k], similarity_jacobian(defect, position));
       }
       if (!conditions->distance.empty()) {
         const Vector3d from = result.value.position_m(conditions->distance[0]);
@@ -308,7 +307,7 @@ Result<Network> in_datum(const Network& network, const Network& reference, const
             (to - from).normalized().transpose() *
             (similarity_jacobian(defect, to) - similarity_jacobian(defect, from));
       }
-      const Eigen::VectorXd amount = -jacobian.fullPivLu().solve(misclosure);
+      const Eigen::VectorXd amount = -internal::core::minimum_norm_solution(jacobian, misclosure);
       if (!amount.allFinite()) return fail("the datum's targets do not determine it");
       result.value =
           transformed_keeping_lengths(std::move(result.value), similarity_of(defect, amount));

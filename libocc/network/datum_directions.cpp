@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "libocc/network/internal/datum_directions.hpp"
 
-#include <Eigen/QR>
 #include <algorithm>
 
 #include "libocc/core/internal/dense.hpp"
@@ -70,7 +69,8 @@ DatumConditions inner(const Network& network, const std::vector<Target>& targets
   conditions.targets = targets;
   for (const Target& target : targets)
     conditions.rows.push_back(
-        (similarity_jacobian(defect, network.position_m(target)) * directions).transpose());
+        core::product(similarity_jacobian(defect, network.position_m(target)), directions)
+            .transpose());
   return conditions;
 }
 
@@ -81,7 +81,7 @@ std::optional<DatumConditions> minimal(const Network& network, const std::vector
   for (std::size_t k = 0; k < targets.size(); ++k)
     columns.middleRows<3>(3 * static_cast<Index>(k)) =
         similarity_jacobian(defect, network.position_m(targets[k]));
-  const Eigen::ColPivHouseholderQR<MatrixXd> qr(columns.transpose());
+  const auto qr = core::pivoted_qr(columns.transpose());
   if (qr.rank() < defect.total()) return std::nullopt;
   DatumConditions conditions;
   conditions.targets = targets;
@@ -100,7 +100,7 @@ Matrix3Xd similarity_jacobian(const DatumDefect& defect, const Vector3d& positio
   const Vector3d arm = position_m - defect.pivot_m;
   Eigen::Matrix<double, 3, 7> all;
   all << -skew(arm), defect.extent_m * Eigen::Matrix3d::Identity(), arm;
-  return all * defect.directions;
+  return core::product(all, defect.directions);
 }
 
 MatrixXd datum_null_space(const Network& network, const NetworkLayout& layout,
@@ -177,7 +177,7 @@ std::optional<DatumConditions> datum_conditions(const Network& network, const Ne
   if (datum.targets.empty()) targets = all_targets;
   DatumConditions conditions = inner(network, targets, defect, all);
   MatrixXd normal = MatrixXd::Zero(defect.total(), defect.total());
-  for (const auto& rows : conditions.rows) normal += rows * rows.transpose();
+  for (const auto& rows : conditions.rows) normal += core::product_transposed(rows, rows);
   const auto svd = core::jacobi_svd<MatrixXd>(normal);
   const auto& singular_values = svd.singularValues();
   if (targets.empty() || !(singular_values.minCoeff() > 1e-12 * singular_values.maxCoeff()))

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "libocc/network/measure_points.hpp"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -82,9 +81,8 @@ class PointIntersection {
     const core::LeastSquaresResult result = core::minimise_sums(*this, x, options);
     Sums final_sums;
     if (!sums(x, final_sums)) return fail(out, Status::degenerate);
-    const Eigen::LLT<Matrix3d> factor(final_sums.information);
-    if (factor.info() != Eigen::Success || !(factor.rcond() > 1e-15))
-      return fail(out, Status::degenerate);
+    const core::Cholesky<Matrix3d> cholesky(final_sums.information);
+    if (!cholesky.exists() || !(cholesky.rcond() > 1e-15)) return fail(out, Status::degenerate);
     if (!result.converged) return fail(out, Status::not_converged);
     return finish(out, final_sums);
   }
@@ -168,7 +166,7 @@ class PointIntersection {
             mixed.col(block.offset[s] + c) += b * rows.a[k][column++];
       }
     }
-    return -out.covariance_m2 * mixed;
+    return -core::product(out.covariance_m2, mixed);
   }
 
   const Network& probe_;
@@ -204,7 +202,8 @@ Measurement measure_points(const Network& network,
   }
   if (precision && layout.reduced > 0) {
     const MatrixXd q = precision->state().between(0, layout.reduced, 0, layout.reduced);
-    out.covariance_m2.noalias() = dependence * q * dependence.transpose();
+    const MatrixXd half = internal::core::product(dependence, q);
+    out.covariance_m2 = internal::core::product_transposed(half, dependence);
   }
   for (std::size_t i = 0; i < points.size(); ++i) {
     const Eigen::Index row = 3 * static_cast<Eigen::Index>(i);

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "libocc/network/internal/normal_equations.hpp"
 
-#include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
+#include "libocc/core/internal/dense.hpp"
 #include "libocc/core/internal/parallel.hpp"
 #include "libocc/geometry/so3.hpp"
 
@@ -100,6 +100,14 @@ bool factorise(SmallMatrix& v, const Eigen::Ref<const VectorXd>& before) {
     }
   }
   return regular;
+}
+
+/// x = L^-T x.
+void divide_by_transposed(const SmallMatrix& lower, Eigen::Ref<VectorXd> x) {
+  for (Index c = lower.rows(); c-- > 0;) {
+    for (Index r = c + 1; r < lower.rows(); ++r) x[c] -= lower(r, c) * x[r];
+    x[c] /= lower(c, c);
+  }
 }
 
 class Builder {
@@ -225,13 +233,13 @@ class Builder {
     if (out.w.rows() == 0) return;  // no reduced unknowns
     const VectorXd down = out.w * out.y;
     if (batch.rows.empty()) {
-      lane.reduced.selfadjointView<Eigen::Lower>().rankUpdate(out.w, -1);
+      core::subtract_square(out.w, lane.reduced);
       lane.rhs -= down;
       return;
     }
     const Index rows = out.w.rows();
     MatrixXd product = MatrixXd::Zero(rows, rows);
-    product.selfadjointView<Eigen::Lower>().rankUpdate(out.w, -1);
+    core::subtract_square(out.w, product);
     for (Index c = 0; c < rows; ++c) {
       lane.rhs[batch.rows[c]] -= down[c];
       for (Index r = c; r < rows; ++r) lane.reduced(batch.rows[r], batch.rows[c]) += product(r, c);
@@ -330,9 +338,9 @@ class Builder {
     Matrix6 jacobian = Matrix6::Identity();
     jacobian.topLeftCorner<3, 3>() = so3_left_jacobian(residual.head<3>()).inverse();
     jacobian.bottomLeftCorner<3, 3>() = -skew(residual.tail<3>());
-    const Eigen::LLT<Matrix6> factor(prior.covariance);
-    const MatrixXd whitened = factor.matrixL().solve(jacobian);
-    const VectorXd r = factor.matrixL().solve(residual);
+    const core::Cholesky<Matrix6> cholesky(prior.covariance);
+    const MatrixXd whitened = cholesky.solve_lower(jacobian);
+    const VectorXd r = cholesky.solve_lower(residual);
     std::vector<Index> unknowns;
     for (Index k = 0; k < 6; ++k)
       unknowns.push_back(layout_.stations[station] == none ? none : layout_.stations[station] + k);
@@ -430,7 +438,7 @@ VectorXd back_substitute(const NetworkLayout& layout, const NormalEquations& nor
     for (std::size_t g = batch.first; g < batch.last; ++g) {
       const Group& group = layout.groups[g];
       auto own = x.segment(column, group.size);
-      part.factors[g - batch.first].triangularView<Eigen::Lower>().transpose().solveInPlace(own);
+      divide_by_transposed(part.factors[g - batch.first], own);
       step.segment(group.offset, group.size) = own;
       column += group.size;
     }

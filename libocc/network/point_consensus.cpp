@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <limits>
 #include <utility>
@@ -63,9 +62,9 @@ class PointTrial {
         const ImageObservation& observation = network_.observations[observations_[k]];
         add(observation, position, information, gradient);
       }
-      const Eigen::LLT<Eigen::Matrix3d> factor(information);
-      if (factor.info() != Eigen::Success || !(factor.rcond() > 1e-12)) return position;
-      const Vector3d next = position + factor.solve(gradient);
+      const core::Cholesky<Eigen::Matrix3d> cholesky(information);
+      if (!cholesky.exists() || !(cholesky.rcond() > 1e-12)) return position;
+      const Vector3d next = position + cholesky.solve(gradient);
       std::vector<char> now = inliers(next);
       if (std::count(now.begin(), now.end(), 1) < std::count(is_inlier.begin(), is_inlier.end(), 1))
         return position;

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "libocc/network/precision.hpp"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <limits>
 
+#include "libocc/core/internal/dense.hpp"
 #include "libocc/core/internal/parallel.hpp"
 #include "libocc/core/require.hpp"
 #include "libocc/geometry/so3.hpp"
@@ -16,6 +16,7 @@
 namespace occ {
 
 using namespace internal::network;
+namespace core = internal::core;
 
 using Eigen::Index;
 using Eigen::Matrix3d;
@@ -30,13 +31,13 @@ void add_points(const FreePrecision& free, std::size_t number, std::vector<Matri
   MatrixXd product;
   if (free.layout.reduced > 0) {
     if (batch.rows.empty()) {
-      product.noalias() = free.covariance.selfadjointView<Eigen::Lower>() * part.w;
+      product = core::product(free.covariance, part.w);
     } else {
       const Index n = static_cast<Index>(batch.rows.size());
       MatrixXd own(n, n);
       for (Index c = 0; c < n; ++c)
         for (Index r = 0; r < n; ++r) own(r, c) = free.covariance(batch.rows[r], batch.rows[c]);
-      product.noalias() = own * part.w;
+      product = core::product(own, part.w);
     }
   }
   for (std::size_t g = batch.first; g < batch.last; ++g) {
@@ -45,11 +46,19 @@ void add_points(const FreePrecision& free, std::size_t number, std::vector<Matri
     const Index column = free.locations[g].column;
     Matrix3d inner = Matrix3d::Identity();
     if (product.size() > 0)
-      inner += part.w.middleCols<3>(column).transpose() * product.middleCols<3>(column);
-    const Matrix3d lower = part.factors[g - batch.first].topLeftCorner<3, 3>();
-    const Matrix3d inverse = lower.triangularView<Eigen::Lower>().solve(Matrix3d::Identity());
+      inner +=
+          core::transposed_product(part.w.middleCols<3>(column), product.middleCols<3>(column));
+    Matrix3d inverse = Matrix3d::Identity();
+    core::solve_lower_in_place(part.factors[g - batch.first], inverse);
     all[group.block.point] = inverse.transpose() * inner * inverse;
   }
+}
+
+/// H M H^T - H K^T - K H^T between some rows of H and K (precision_state.hpp) and others.
+MatrixXd datum_part(const MatrixXd& h_a, const MatrixXd& k_a, const MatrixXd& m,
+                    const MatrixXd& h_b, const MatrixXd& k_b) {
+  const MatrixXd left = core::product(h_a, m) - k_a;
+  return core::product_transposed(left, h_b) - core::product_transposed(h_a, k_b);
 }
 
 void require_index(int index, std::size_t size, const char* name) {
@@ -75,10 +84,10 @@ MatrixXd FreePrecision::times(const MatrixXd& columns) const {
       const Group& group = layout.groups[g];
       auto own = y.middleRows(locations[g].column, group.size);
       own = columns.middleRows(group.offset, group.size);
-      batches[b].factors[g - batch.first].triangularView<Eigen::Lower>().solveInPlace(own);
+      core::solve_lower_in_place(batches[b].factors[g - batch.first], own);
     }
     if (layout.reduced == 0) continue;
-    const MatrixXd down = batches[b].w * y;
+    const MatrixXd down = core::product(batches[b].w, y);
     if (batch.rows.empty())
       u -= down;
     else
@@ -86,17 +95,16 @@ MatrixXd FreePrecision::times(const MatrixXd& columns) const {
         u.row(batch.rows[k]) -= down.row(static_cast<Index>(k));
   }
   MatrixXd result(layout.total, columns.cols());
-  const MatrixXd reduced = covariance * u;
+  const MatrixXd reduced = core::product(covariance, u);
   result.topRows(layout.reduced) = reduced;
   for (std::size_t b = 0; b < layout.batches.size(); ++b) {
     const Batch& batch = layout.batches[b];
     MatrixXd& y = solved[b];
-    if (layout.reduced > 0) y -= batches[b].w.transpose() * rows_in(batch, reduced);
+    if (layout.reduced > 0) y -= core::transposed_product(batches[b].w, rows_in(batch, reduced));
     for (std::size_t g = batch.first; g < batch.last; ++g) {
       const Group& group = layout.groups[g];
       auto own = y.middleRows(locations[g].column, group.size);
-      batches[b].factors[g - batch.first].triangularView<Eigen::Lower>().transpose().solveInPlace(
-          own);
+      core::solve_lower_transposed_in_place(batches[b].factors[g - batch.first], own);
       result.middleRows(group.offset, group.size) = own;
     }
   }
@@ -119,9 +127,8 @@ MatrixXd FreePrecision::dependence(Index offset, Index size) const {
   const std::size_t g = group_at(offset);
   const Batch& batch = layout.batches[locations[g].batch];
   const EliminatedBatch& part = batches[locations[g].batch];
-  const MatrixXd own =
-      -part.factors[locations[g].within].triangularView<Eigen::Lower>().transpose().solve(
-          part.w.middleCols(locations[g].column, size).transpose());
+  MatrixXd own = -part.w.middleCols(locations[g].column, size).transpose();
+  core::solve_lower_transposed_in_place(part.factors[locations[g].within], own);
   if (batch.rows.empty()) return own;
   for (std::size_t k = 0; k < batch.rows.size(); ++k)
     rows.col(batch.rows[k]) = own.col(static_cast<Index>(k));
@@ -129,23 +136,21 @@ MatrixXd FreePrecision::dependence(Index offset, Index size) const {
 }
 
 MatrixXd FreePrecision::between(Index a, Index a_size, Index b, Index b_size) const {
-  MatrixXd block = dependence(a, a_size) * covariance * dependence(b, b_size).transpose();
+  MatrixXd block = core::product_transposed(core::product(dependence(a, a_size), covariance),
+                                            dependence(b, b_size));
   if (a == b && a >= layout.reduced) {
     const std::size_t g = group_at(a);
-    const MatrixXd inverse = batches[locations[g].batch]
-                                 .factors[locations[g].within]
-                                 .triangularView<Eigen::Lower>()
-                                 .solve(MatrixXd::Identity(a_size, a_size));
-    block += inverse.transpose() * inverse;
+    MatrixXd inverse = MatrixXd::Identity(a_size, a_size);
+    core::solve_lower_in_place(batches[locations[g].batch].factors[locations[g].within], inverse);
+    block += core::transposed_product(inverse, inverse);
   }
   return block;
 }
 
 MatrixXd PrecisionState::between(Index a, Index a_size, Index b, Index b_size) const {
   MatrixXd block = free->between(a, a_size, b, b_size);
-  const auto h_a = h.middleRows(a, a_size), h_b = h.middleRows(b, b_size);
-  const auto k_a = qb.middleRows(a, a_size), k_b = qb.middleRows(b, b_size);
-  block += h_a * bqb * h_b.transpose() - h_a * k_b.transpose() - k_a * h_b.transpose();
+  block += datum_part(h.middleRows(a, a_size), qb.middleRows(a, a_size), bqb,
+                      h.middleRows(b, b_size), qb.middleRows(b, b_size));
   if (a == b) block = (0.5 * (block + block.transpose())).eval();
   return factor * block;
 }
@@ -170,7 +175,7 @@ std::vector<Matrix3d> Precision::points() const {
   const FreePrecision& free = *state_->free;
   const NetworkLayout& layout = free.layout;
   std::vector<Matrix3d> all(layout.points.size(), Matrix3d::Zero());
-  internal::core::for_each_index(
+  core::for_each_index(
       layout.batches.size(), [&](std::size_t b) { add_points(free, b, all); }, free.threads);
   for (std::size_t i = 0; i < all.size(); ++i) {
     const Index offset = layout.points[i];
@@ -179,9 +184,8 @@ std::vector<Matrix3d> Precision::points() const {
     } else if (offset != none && offset < layout.reduced) {
       all[i] = state_->between(offset, 3, offset, 3);
     } else if (offset != none) {
-      const auto h = state_->h.middleRows<3>(offset);
-      const Matrix3d cross = h * state_->qb.middleRows<3>(offset).transpose();
-      const Matrix3d block = all[i] + h * state_->bqb * h.transpose() - cross - cross.transpose();
+      const MatrixXd h = state_->h.middleRows<3>(offset), k = state_->qb.middleRows<3>(offset);
+      const Matrix3d block = all[i] + datum_part(h, k, state_->bqb, h, k);
       all[i] = 0.5 * state_->factor * (block + block.transpose());
     }
   }
@@ -231,12 +235,13 @@ double Precision::scale_sigma() const {
   if (!conditions) return std::numeric_limits<double>::infinity();
   const MatrixXd b = condition_matrix(*conditions, free.network, free.layout, free.state);
   MatrixXd normal = MatrixXd::Zero(7, 7);
-  for (const auto& rows : conditions->rows) normal += rows * rows.transpose();
-  MatrixXd q = b.transpose() * free.times(b);
-  const MatrixXd h = b.transpose() * state_->h, k = b.transpose() * state_->qb;
-  q += h * state_->bqb * h.transpose() - h * k.transpose() - k * h.transpose();
-  const MatrixXd inverse = normal.inverse();
-  const double variance = (inverse * q * inverse)(6, 6);
+  for (const auto& rows : conditions->rows) normal += core::product_transposed(rows, rows);
+  const MatrixXd h = core::transposed_product(b, state_->h);
+  const MatrixXd k = core::transposed_product(b, state_->qb);
+  const MatrixXd q =
+      core::transposed_product(b, free.times(b)) + datum_part(h, k, state_->bqb, h, k);
+  const Eigen::VectorXd of_scale = core::inverse(normal).col(6);
+  const double variance = of_scale.dot(q * of_scale);
   return std::sqrt(std::max(0.0, state_->factor * variance));
 }
 
@@ -320,13 +325,15 @@ Result<Precision> Precision::in_datum(const Datum& datum) const {
   state->bqb = MatrixXd::Zero(defect, defect);
   if (defect > 0) {
     const auto conditions = datum_conditions(free.network, free.layout, datum, free.defect);
-    MatrixXd b, normal;
+    MatrixXd b, inverse;
+    bool is_determined = conditions.has_value();
     if (conditions) {
       b = condition_matrix(*conditions, free.network, free.layout, free.state);
-      normal = b.transpose() * free.null_space;
+      const MatrixXd normal = core::transposed_product(b, free.null_space);
+      inverse = core::inverse(normal);
+      is_determined = 1 / (normal.norm() * inverse.norm()) > 1e-12;
     }
-    const Eigen::FullPivLU<MatrixXd> lu(conditions ? normal : MatrixXd::Zero(defect, defect));
-    if (!conditions || !(lu.rcond() > 1e-12)) {
+    if (!is_determined) {
       result.status = Status::degenerate;
       result.message = datum.kind == DatumKind::control
                            ? "control points and other observations do not determine the datum"
@@ -334,9 +341,9 @@ Result<Precision> Precision::in_datum(const Datum& datum) const {
       result.value = *this;
       return result;
     }
-    state->h = free.null_space * lu.inverse();
+    state->h = core::product(free.null_space, inverse);
     state->qb = free.times(b);
-    state->bqb = b.transpose() * state->qb;
+    state->bqb = core::transposed_product(b, state->qb);
   }
   result.value.state_ = std::move(state);
   return result;

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <Eigen/QR>
 #include <cmath>
 #include <limits>
 
@@ -10,6 +9,7 @@
 
 namespace occ {
 
+namespace core = internal::core;
 namespace {
 
 using Eigen::Index;
@@ -17,9 +17,8 @@ using Eigen::MatrixXd;
 
 struct GridPoint {
   Index row, column;
-  Eigen::Matrix<double, 2, Eigen::Dynamic> by_parameters;
-  Eigen::Matrix<double, 2, Eigen::Dynamic>
-      by_pose;  ///< rotation, and translation at a finite range
+  MatrixXd by_parameters;  ///< two rows
+  MatrixXd by_pose;        ///< rotation, and translation at a finite range
 };
 
 }  // namespace
@@ -76,17 +75,18 @@ ProjectionUncertainty projection_uncertainty(const Camera& camera,
   const Index pose = has_range ? 6 : 3;
   MatrixXd normal = MatrixXd::Zero(pose, pose), mixed = MatrixXd::Zero(pose, count);
   for (const GridPoint& point : points) {
-    normal += point.by_pose.transpose() * point.by_pose;
-    mixed += point.by_pose.transpose() * point.by_parameters;
+    normal += core::transposed_product(point.by_pose, point.by_pose);
+    mixed += core::transposed_product(point.by_pose, point.by_parameters);
   }
   // Minimum-norm solution, because the pose may be undetermined (a panorama's shift along its
   // axis).
-  const MatrixXd compensation = -normal.completeOrthogonalDecomposition().solve(mixed);
+  const MatrixXd compensation = -core::minimum_norm_solution(normal, mixed);
   double sum = 0;
   for (const GridPoint& point : points) {
-    const MatrixXd uncompensated = point.by_parameters + point.by_pose * compensation;
-    const Eigen::Matrix2d q = uncompensated * covariance * uncompensated.transpose();
-    const double sigma = std::sqrt(std::max(0.0, internal::core::symmetric_eigenvalues(q)[1]));
+    const MatrixXd uncompensated = point.by_parameters + core::product(point.by_pose, compensation);
+    const Eigen::Matrix2d q =
+        core::product_transposed(core::product(uncompensated, covariance), uncompensated);
+    const double sigma = std::sqrt(std::max(0.0, core::symmetric_eigenvalues(q)[1]));
     out.sigma_px(point.row, point.column) = sigma;
     out.worst_px = std::max(out.worst_px, sigma);
     sum += sigma;

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <Eigen/Cholesky>
-#include <Eigen/QR>
 #include <algorithm>
 
 #include "libocc/core/internal/dense.hpp"
@@ -23,14 +21,14 @@ ReducedSystem::ReducedSystem(const NormalEquations& normal, const MatrixXd& gaug
   if (gauge.cols() > 0) {
     const MatrixXd unscaled = scale_.cwiseInverse().asDiagonal() * gauge;
     null_ = core::householder_q(unscaled, gauge.cols());
-    scaled_.noalias() += null_ * null_.transpose();
+    scaled_ += core::product_transposed(null_, null_);
   }
-  const Eigen::LLT<MatrixXd> factor(scaled_);
-  solvable_ = factor.info() == Eigen::Success;
-  if (solvable_) factor_ = factor.matrixL();
+  const core::Cholesky<MatrixXd> cholesky(scaled_);
+  solvable_ = cholesky.exists();
+  if (solvable_) factor_ = cholesky.lower();
   const VectorXd noise = 1e-13 * normal.diagonal.cwiseQuotient(diagonal).cwiseMax(10);
   constexpr double singular = 1e-12;  // rounding gives 1e-13 where it should be zero
-  bool regular = solvable_ && factor.rcond() > singular;
+  bool regular = solvable_ && cholesky.rcond() > singular;
   for (Index k = 0; regular && k < n; ++k) regular = factor_(k, k) * factor_(k, k) > noise[k];
   if (!regular) undetermined_ = weakest();
 }
@@ -44,11 +42,11 @@ std::vector<Index> ReducedSystem::weakest() const {
     const auto eigen = core::symmetric_eigen<MatrixXd>(scaled_);
     direction = eigen.eigenvectors().col(0).cwiseAbs();
   } else {
-    const Eigen::LDLT<MatrixXd> factor(scaled_);
+    const core::Ldlt<MatrixXd> ldlt(scaled_);
     Index worst = 0;
-    factor.vectorD().minCoeff(&worst);
+    ldlt.factors().vectorD().minCoeff(&worst);
     const VectorXd order = VectorXd::LinSpaced(n, 0, static_cast<double>(n - 1));
-    const VectorXd permuted = factor.transpositionsP() * order;
+    const VectorXd permuted = ldlt.factors().transpositionsP() * order;
     direction[static_cast<Index>(permuted[worst])] = 1;
   }
   std::vector<Index> all(n), dominant;
@@ -73,10 +71,10 @@ VectorXd ReducedSystem::solve(const VectorXd& rhs) const {
 MatrixXd ReducedSystem::covariance() const {
   const Index n = scale_.size();
   if (n == 0) return {};
-  MatrixXd inverse = factor_.triangularView<Eigen::Lower>().solve(MatrixXd::Identity(n, n));
-  MatrixXd q = MatrixXd::Zero(n, n);
-  q.selfadjointView<Eigen::Lower>().rankUpdate(inverse.transpose());
-  if (null_.cols() > 0) q.selfadjointView<Eigen::Lower>().rankUpdate(null_, -1);
+  MatrixXd inverse = MatrixXd::Identity(n, n);
+  core::solve_lower_in_place(factor_, inverse);
+  MatrixXd q = core::gram_matrix(inverse);
+  if (null_.cols() > 0) core::subtract_square(null_, q);
   return scale_.asDiagonal() * q.selfadjointView<Eigen::Lower>().toDenseMatrix() *
          scale_.asDiagonal();
 }

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "libocc/core/internal/dense.hpp"
 #include "libocc/core/internal/parallel.hpp"
 
 namespace occ::internal::network {
@@ -45,7 +46,7 @@ struct ReducedRows {
     MatrixXd block(n, n);
     for (Index c = 0; c < n; ++c)
       for (Index r = 0; r < n; ++r) block(r, c) = covariance(unknowns[r], unknowns[c]);
-    return values * block * values.transpose();
+    return core::product_transposed(core::product(values, block), values);
   }
 };
 
@@ -67,17 +68,19 @@ std::vector<ResidualCofactor> residual_cofactors(const Network& network,
     const Batch& batch = layout.batches[b];
     const EliminatedBatch& part = normal.batches[b];
     const MatrixXd own = block_in(batch, covariance);
-    const MatrixXd product = own * part.w;
+    const MatrixXd product = core::product(own, part.w);
     Index column = 0;
     for (std::size_t g = batch.first; g < batch.last; ++g) {
       const Group& group = layout.groups[g];
-      const auto lower = part.factors[g - batch.first].triangularView<Eigen::Lower>();
       const auto w = part.w.middleCols(column, group.size);
       const auto qw = product.middleCols(column, group.size);
-      const MatrixXd inner = MatrixXd::Identity(group.size, group.size) + w.transpose() * qw;
-      const MatrixXd inverse = lower.solve(MatrixXd::Identity(group.size, group.size));
-      const MatrixXd of_group = inverse.transpose() * inner * inverse;
-      const MatrixXd mixed = -qw * inverse;  // covariance of the reduced unknowns with the group's
+      MatrixXd inner = core::transposed_product(w, qw);
+      inner.diagonal().array() += 1;
+      MatrixXd inverse = MatrixXd::Identity(group.size, group.size);
+      core::solve_lower_in_place(part.factors[g - batch.first], inverse);
+      const MatrixXd of_group = core::product(core::transposed_product(inverse, inner), inverse);
+      // Covariance of the reduced unknowns with the group's.
+      const MatrixXd mixed = -core::product(qw, inverse);
       for (const int i : group.observations) {
         const ImageObservation& observation = network.observations[i];
         ObservationRows rows;
@@ -91,10 +94,11 @@ std::vector<ResidualCofactor> residual_cofactors(const Network& network,
               batch.rows.empty() ? reduced.unknowns[k] : batch.position[reduced.unknowns[k]];
           at_rows.row(static_cast<Index>(k)) = mixed.row(row);
         }
-        const Eigen::Matrix2d cross = reduced.values * at_rows * target.transpose();
-        store(i, rows,
-              reduced.quadratic(covariance) + cross + cross.transpose() +
-                  target * of_group * target.transpose());
+        const Eigen::Matrix2d cross =
+            core::product_transposed(core::product(reduced.values, at_rows), target);
+        const Eigen::Matrix2d own_part =
+            core::product_transposed(core::product(target, of_group), target);
+        store(i, rows, reduced.quadratic(covariance) + cross + cross.transpose() + own_part);
       }
       column += group.size;
     }

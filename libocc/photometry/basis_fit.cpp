@@ -4,7 +4,6 @@
 //     Z_ij = black + R (f_0(x) + sum_k c_k h_k(x)),   x = E_i t_j / scale,   R = full scale -
 //     black.
 // Gauss-Newton steps over the coefficients c and ln E_i; steps that increase chi2 are halved.
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
@@ -136,14 +135,15 @@ class BasisFit {
 
   bool finish(double chi2) {
     if (!make_rising()) return false;
-    const Eigen::LDLT<MatrixXd> factors(normal_);
-    if (!(factors.vectorD().minCoeff() > 1e-12 * factors.vectorD().maxCoeff())) return false;
+    const core::Ldlt<MatrixXd> ldlt(normal_);
+    const VectorXd d = ldlt.factors().vectorD();
+    if (!(d.minCoeff() > 1e-12 * d.maxCoeff())) return false;
     r_.chi2 = chi2;
     r_.dof = static_cast<int>(residuals_.size()) - static_cast<int>(log_light_.size() + c_.size());
     r_.variance_factor = variance_factor(chi2, r_.dof);
     r_.coefficients.assign(c_.data(), c_.data() + c_.size());
     r_.coefficient_covariance =
-        r_.variance_factor * factors.solve(MatrixXd::Identity(c_.size(), c_.size()));
+        r_.variance_factor * ldlt.solve<MatrixXd>(MatrixXd::Identity(c_.size(), c_.size()));
     write_curve();
     return true;
   }
@@ -181,7 +181,7 @@ class BasisFit {
     for (ResponseResidual& row : residuals_) row.log_exposure -= zero;
     const Eigen::RowVectorXd at_middle = d_c.row(middle);
     d_c.rowwise() -= at_middle;
-    r_.covariance = d_c * r_.coefficient_covariance * d_c.transpose();
+    r_.covariance = core::product_transposed(core::product(d_c, r_.coefficient_covariance), d_c);
     r_.residuals = residuals_;
   }
 

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "libocc/pose/internal/bearing_basis.hpp"
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+
+#include "libocc/core/internal/dense.hpp"
 
 namespace occ::internal::pose {
 namespace {
@@ -25,7 +26,7 @@ TangentBasis tangent_basis(const Eigen::Vector3d& bearing) {
 // Inverse iteration on the triangular factor R of A: (R^T R) x_next = x.
 Eigen::VectorXd smallest_right_vector(const Eigen::MatrixXd& a) {
   const Eigen::Index columns = a.cols();
-  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(a);
+  const auto qr = core::pivoted_qr(a);
   Eigen::MatrixXd r = Eigen::MatrixXd::Zero(columns, columns);
   const Eigen::Index rows = std::min(columns, a.rows());
   r.topRows(rows) = qr.matrixR().topRows(rows).triangularView<Eigen::Upper>();

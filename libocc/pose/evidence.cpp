@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "libocc/pose/internal/evidence.hpp"
 
-#include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <algorithm>
 #include <array>
 #include <cmath>
 
+#include "libocc/core/internal/dense.hpp"
 #include "libocc/core/math.hpp"
 
 namespace occ::internal::pose {
@@ -33,10 +33,6 @@ double log_sum(const std::vector<double>& terms) {
   return largest + std::log(sum);
 }
 
-double log_determinant(const Eigen::LLT<Matrix6>& root) {
-  return 2 * root.matrixLLT().diagonal().array().log().sum();
-}
-
 /// ln P(n) n!, see the header.
 double log_false_lights(double n) { return std::lgamma(n + 1) - std::log((n + 1) * (n + 2)); }
 
@@ -52,7 +48,7 @@ double log_counts(const PoseEvidence& pose) {
 constexpr double share_of_shape = 0.3;
 
 /// Sums of residuals that are linear in the pose.
-struct Sums {
+struct PoseSums {
   Matrix6 information = Matrix6::Zero();
   Vector6 gradient = Vector6::Zero();
   double chi2 = 0;
@@ -65,18 +61,18 @@ struct Sums {
   }
   /// ln of the integral of e^(-chi2/2) over the pose.
   double log_integral() const {
-    const Eigen::LLT<Matrix6> root(information);
-    return 3 * std::log(2 * pi) - 0.5 * log_determinant(root) -
+    const core::Cholesky<Matrix6> root(information);
+    return 3 * std::log(2 * pi) - 0.5 * root.log_determinant() -
            0.5 * std::max(0.0, chi2 - gradient.dot(root.solve(gradient)));
   }
 };
 
 /// Density of the poses before their places are compared: wide in all directions, times the prior
 /// without the part `wrong` (-1: none) and the shapes.
-Sums before_places(const PoseEvidence& pose, double model_sigma_px, int wrong) {
+PoseSums before_places(const PoseEvidence& pose, double model_sigma_px, int wrong) {
   const double length_m = std::cbrt(pose.volume_m3);
   const double information = 3 / (pi * pi) / square(std::cbrt(pose.rotations));
-  Sums sums;
+  PoseSums sums;
   sums.information.diagonal() << Eigen::Vector3d::Constant(information),
       Eigen::Vector3d::Constant(12 / (length_m * length_m));
   for (int i = 0; i < static_cast<int>(pose.prior.size()); ++i) {
@@ -115,7 +111,7 @@ Integrals log_integrals_before(const std::vector<PoseEvidence>& group, int wrong
 /// the density of the pose times that of the centroids, over the integral of the former.
 double log_places(const PoseEvidence& pose, double model_sigma_px, int wrong,
                   double log_integral_before) {
-  Sums sums = before_places(pose, model_sigma_px, wrong);
+  PoseSums sums = before_places(pose, model_sigma_px, wrong);
   double log = pose.log_appearance - log_integral_before;
   for (const SeenLamp& lamp : pose.lamps) {
     const Eigen::Matrix2d s = lamp.covariance_px2 + (square(model_sigma_px) + min_variance_px2) *
@@ -160,7 +156,7 @@ LogEvidence log_evidence(const PoseEvidence& pose, const std::vector<Integrals>&
 }  // namespace
 
 double log_determinant(const Matrix6& matrix) {
-  return log_determinant(Eigen::LLT<Matrix6>(matrix));
+  return core::Cholesky<Matrix6>(matrix).log_determinant();
 }
 
 LogEvidence log_evidence(const PoseEvidence& pose) { return log_evidences({pose}).front(); }

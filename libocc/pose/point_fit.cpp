@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "libocc/pose/internal/point_fit.hpp"
 
-#include <Eigen/Dense>
 #include <cmath>
 #include <limits>
 
+#include "libocc/core/internal/dense.hpp"
 #include "libocc/core/internal/least_squares.hpp"
 #include "libocc/geometry/so3.hpp"
 #include "libocc/pose/internal/bearing_basis.hpp"
@@ -232,9 +232,9 @@ bool by_gauss_newton(const SeenPoints& seen, int max_iterations, double toleranc
   constexpr double lost_in_rounding = 1e-11;  // of chi2
   fit.equations = point_equations(seen, fit.pose);
   while (std::isfinite(fit.equations.chi2)) {
-    const Eigen::LLT<Matrix6> llt(fit.equations.information);
-    if (llt.info() != Eigen::Success) return false;
-    const Vector6 step = -llt.solve(fit.equations.gradient);
+    const core::Cholesky<Matrix6> cholesky(fit.equations.information);
+    if (!cholesky.exists()) return false;
+    const Vector6 step = -cholesky.solve(fit.equations.gradient);
     const double fall = -fit.equations.gradient.dot(
         step);  // predicted, equal to the step's squared length in sigmas
     fit.converged = fall <= std::max(tolerance * tolerance, chi2_rounding * fit.equations.chi2);

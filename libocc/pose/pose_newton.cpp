@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "libocc/pose/internal/pose_newton.hpp"
 
-#include <Eigen/Dense>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
+#include "libocc/core/internal/dense.hpp"
 #include "libocc/geometry/so3.hpp"
 #include "libocc/pose/internal/bearing_basis.hpp"
 
@@ -43,7 +44,7 @@ Vector6 newton_step(const Eigen::Matrix3Xd& bearings, const Eigen::Matrix3Xd& po
   if constexpr (rows == 6)
     return jacobian.partialPivLu().solve(residual);
   else
-    return jacobian.colPivHouseholderQr().solve(residual);
+    return core::solve_pivoted_qr(jacobian, residual);
 }
 
 }  // namespace

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "libocc/refine/internal/flat_minimum.hpp"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
@@ -84,8 +83,9 @@ class Valley {
 
  private:
   static Matrix8 inverse(const Matrix8& positive) {
-    const Matrix8 root = positive.llt().matrixL().solve(Matrix8::Identity());
-    return root.transpose() * root;
+    const core::Cholesky<Eigen::MatrixXd> cholesky(positive);
+    const Matrix8 root = cholesky.solve_lower<Eigen::MatrixXd>(Matrix8::Identity());
+    return core::transposed_product(root, root);
   }
 
   Matrix8 scaled(const Matrix8& information) const {
@@ -96,9 +96,10 @@ class Valley {
   Vector8 across_step(const PoseNormalEquations& normal) const {
     const Matrix8 across = Matrix8::Identity() - along_ * along_.transpose();
     const Matrix8 information =
-        across * scaled(normal.information) * across + along_ * along_.transpose();
+        core::product(core::product(across, scaled(normal.information)), across) +
+        along_ * along_.transpose();
     const Vector8 gradient = across * units_.cwiseProduct(normal.gradient);
-    return -information.ldlt().solve(gradient);
+    return -core::solve_ldlt(information, gradient);
   }
 
   RefineProblem& problem_;
@@ -132,9 +133,9 @@ Point tail_of(const Valley& valley, double side, bool& is_flat) {
 bool may_be_flat(const Minimum& minimum) {
   constexpr double max_sigmas = 1;
   const Matrix6 information = minimum.normal.information.topLeftCorner<6, 6>();
-  const Eigen::LLT<Matrix6> root(information);
-  if (root.info() != Eigen::Success) return true;
-  const double variance = root.solve(Matrix6::Identity()).topLeftCorner<3, 3>().trace();
+  const core::Cholesky<Matrix6> root(information);
+  if (!root.exists()) return true;
+  const double variance = root.solve<Matrix6>(Matrix6::Identity()).diagonal().head<3>().sum();
   const double arc = 0.5 * square(tail_sigmas) * variance * minimum.pivot.norm();
   return !(arc * std::sqrt(information.diagonal().tail<3>().maxCoeff()) < max_sigmas);
 }

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "libocc/refine/internal/lamp_pixels.hpp"
 
-#include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
+#include "libocc/core/internal/dense.hpp"
 #include "libocc/refine/internal/lamp_rim.hpp"
 
 namespace occ::internal::refine {
@@ -141,7 +141,8 @@ void LampPixels::fit_own(const State& state) {
   add_own_priors(state, all);
   const Eigen::Matrix3d information = all.block<3, 3>(own_light, own_light);
   Eigen::Vector4d step = Eigen::Vector4d::Zero();
-  step.head<3>() = information.ldlt().solve(all.block<3, 1>(own_light, rest));
+  const Eigen::Vector3d right = all.block<3, 1>(own_light, rest);
+  step.head<3>() = core::solve_ldlt(information, right);
   move_own(step);
 }
 
@@ -300,7 +301,11 @@ LampPixels::Sums LampPixels::sums() const {
   from(order, own_order) = 1;
   from.block<3, 2>(3, own_x) = shift_of_px_;
   from(residual, rest) = 1;
-  return from.transpose() * products_ * from;
+  Eigen::Matrix<double, unknowns, columns> half;
+  core::transposed_product(from, products_, half);
+  Sums sums;
+  core::product(half, from, sums);
+  return sums;
 }
 
 /// Adds the rows (expected - unknown) / sigma.
@@ -364,7 +369,7 @@ void LampPixels::exchange_emission_prior(PoseNormalEquations& normal) const {
 
 LampPixels::Eliminated LampPixels::eliminate(const Sums& all) {
   const Eigen::Matrix<double, 6, 6> own = all.block<6, 6>(own_light, own_light);
-  const Eigen::LDLT<Eigen::Matrix<double, 6, 6>> solver(own);
+  const core::Ldlt<Eigen::Matrix<double, 6, 6>> solver(own);
   const Eigen::Matrix<double, 6, 7> to_pose = all.block<6, 7>(own_light, 0);
   const Eigen::Matrix<double, 6, 1> to_rest = all.block<6, 1>(own_light, rest);
   const Eigen::Matrix<double, 6, 1> step = solver.solve(to_rest);

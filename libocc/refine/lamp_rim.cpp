@@ -224,7 +224,9 @@ void LampRim::weigh_points() {
 
 LampRim::Products LampRim::weighted_products() {
   weighted_.noalias() = rows_ * weights_.asDiagonal();
-  return weighted_ * rows_.transpose();
+  Products products;
+  core::product_transposed(weighted_, rows_, products);
+  return products;
 }
 
 /// Sums over pose, growth, residual and errors of the camera without the common errors.
@@ -240,11 +242,11 @@ Eigen::MatrixXd LampRim::eliminate(const Products& products) {
   spread << products.bottomRightCorner<commons, commons>(), products.bottomLeftCorner<commons, 6>(),
       products.topRightCorner<6, commons>(), products.topLeftCorner<6, 6>();
   if (errors > 0) {
-    const Eigen::MatrixXd cross = by_camera_ * weighted_.transpose();
+    const Eigen::MatrixXd cross = core::product_transposed(by_camera_, weighted_);
+    const Eigen::MatrixXd weighted = by_camera_ * weights_.asDiagonal();
     sums.bottomLeftCorner(errors, 8) = cross.leftCols<8>();
     sums.topRightCorner(8, errors) = cross.leftCols<8>().transpose();
-    sums.bottomRightCorner(errors, errors) =
-        by_camera_ * weights_.asDiagonal() * by_camera_.transpose();
+    sums.bottomRightCorner(errors, errors) = core::product_transposed(weighted, by_camera_);
     along.topRightCorner(commons, errors) = cross.rightCols<commons>().transpose();
     along.bottomRightCorner(6, errors) = cross.leftCols<6>().transpose();
   }
@@ -252,11 +254,11 @@ Eigen::MatrixXd LampRim::eliminate(const Products& products) {
   Eigen::Matrix<double, own, units> root = Eigen::Matrix<double, own, units>::Zero();
   root.topLeftCorner<commons, 6>() = common_root_;
   if (lamp_.errors) root.bottomRightCorner<6, 7>() = unit_motion_;
-  const Eigen::MatrixXd whitened = root.transpose() * along;
-  const Eigen::MatrixXd information =
-      Eigen::MatrixXd::Identity(units, units) + root.transpose() * spread * root;
+  const Eigen::MatrixXd whitened = core::transposed_product(root, along);
+  Eigen::MatrixXd information = core::product(core::transposed_product(root, spread), root);
+  information.diagonal().array() += 1;
   const Eigen::MatrixXd estimates = core::solve_llt(information, whitened);
-  sums.noalias() -= whitened.transpose() * estimates;
+  sums -= core::transposed_product(whitened, estimates);
   if (lamp_.errors) {
     Eigen::VectorXd errors_of_lamp = -estimates.col(residual_index);
     if (errors > 0) errors_of_lamp -= estimates.rightCols(errors) * all_.camera_shift;
@@ -295,8 +297,9 @@ void LampRim::add_to(PoseNormalEquations& normal, CameraSums* camera) {
 
   const RimErrorCovariance& covariance = lamp_.common_covariance_px2;
   const RimErrorCovariance damped = RimErrorCovariance::Identity() + spread * covariance;
-  common_gain_ = covariance * damped.inverse();
-  sum.noalias() -= along.transpose() * common_gain_ * along;
+  common_gain_ = covariance * core::inverse(damped);
+  const Eigen::Matrix<double, commons, 8> gained = common_gain_ * along;
+  sum -= along.transpose().lazyProduct(gained);
 
   shift_information_ = sum.block<3, 3>(3, 3);
   shift_gradient_ = sum.block<3, 1>(3, residual_index);

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "libocc/refine/internal/minimise.hpp"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
+#include "libocc/core/internal/dense.hpp"
 #include "libocc/core/internal/least_squares.hpp"
 #include "libocc/refine/internal/newton.hpp"
 
@@ -70,8 +70,8 @@ class Steps {
 Vector8 gauss_newton_step(const PoseNormalEquations& normal) {
   const Vector8 scale = normal.information.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
   const Matrix8 scaled = scale.asDiagonal() * normal.information * scale.asDiagonal();
-  const Vector8 solved = Eigen::LDLT<Matrix8>(scaled).solve(scale.cwiseProduct(normal.gradient));
-  return -scale.cwiseProduct(solved);
+  const Vector8 gradient = scale.cwiseProduct(normal.gradient);
+  return -scale.cwiseProduct(core::solve_ldlt(scaled, gradient));
 }
 
 /// Runs until the gradient is far below its noise, or chi2 changes by less than rounding.

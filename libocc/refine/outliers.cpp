@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "libocc/refine/internal/outliers.hpp"
 
-#include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+
+#include "libocc/core/internal/dense.hpp"
 
 namespace occ::internal::refine {
 namespace {
@@ -17,10 +18,10 @@ constexpr double min_redundancy = 1e-6;
 
 /// Decrease of chi-square without the lamp; 0 if the other lamps cannot check it.
 double drop_without(const RefineProblem::CentroidResidual& centroid,
-                    const Eigen::LDLT<Matrix8>& information) {
+                    const core::Ldlt<Matrix8>& information) {
   const Eigen::Matrix2d covariance = centroid.covariance_px2();
-  const Eigen::Matrix2d left =
-      covariance - centroid.jacobian * information.solve(centroid.jacobian.transpose());
+  const Eigen::Matrix<double, 8, 2> by_pose = centroid.jacobian.transpose();
+  const Eigen::Matrix2d left = covariance - centroid.jacobian * information.solve(by_pose);
   if (!(left.determinant() > min_redundancy * covariance.determinant())) return 0;
   return centroid.residual_px.dot(left.inverse() * centroid.residual_px);
 }
@@ -32,7 +33,7 @@ std::optional<std::size_t> contradicting_lamp(const Observations& observations,
                                               int degrees_of_freedom) {
   const double chi2 = minimum.normal.chi2;
   if (!(chi2 > chi2_limit) || degrees_of_freedom <= 2) return std::nullopt;
-  const Eigen::LDLT<Matrix8> information(minimum.normal.information);
+  const core::Ldlt<Matrix8> information(minimum.normal.information);
   double largest = 0;
   std::size_t worst = 0;
   for (std::size_t i = 0; i < observations.lamps.size(); ++i) {

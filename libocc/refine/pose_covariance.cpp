@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "libocc/refine/internal/pose_covariance.hpp"
 
-#include <Eigen/Cholesky>
 #include <cmath>
 
 #include "libocc/core/internal/dense.hpp"
@@ -16,7 +15,7 @@ Matrix6 marginal_information(const PoseNormalEquations& normal) {
   const Eigen::Matrix<double, 6, 2> mixed = normal.information.topRightCorner<6, 2>();
   const Eigen::Matrix2d nuisance = normal.information.bottomRightCorner<2, 2>();
   return normal.information.topLeftCorner<6, 6>() -
-         mixed * nuisance.ldlt().solve(mixed.transpose());
+         mixed * core::solve_ldlt<Eigen::MatrixXd, Eigen::MatrixXd>(nuisance, mixed.transpose());
 }
 
 /// Information about the left perturbation from that about the centred perturbation.
@@ -36,14 +35,14 @@ Matrix6 pose_information(const PoseNormalEquations& normal, const Eigen::Vector3
 Matrix6 lamp_information(const PoseNormalEquations& normal, const PoseNormalEquations& prior,
                          const Eigen::Vector3d& pivot) {
   const Matrix6 all = marginal_information(normal);
-  const Eigen::LLT<Matrix6> root(all);
-  if (root.info() != Eigen::Success) return Matrix6::Zero();
+  const core::Cholesky<Matrix6> root(all);
+  if (!root.exists()) return Matrix6::Zero();
   const Matrix6 lamps = all - prior.information.topLeftCorner<6, 6>();
-  const Matrix6 half = root.matrixL().solve(lamps);
-  const auto eigen = core::symmetric_eigen<Matrix6>(root.matrixL().solve(half.transpose()));
+  const Matrix6 half = root.solve_lower(lamps).transpose();
+  const auto eigen = core::symmetric_eigen(root.solve_lower(half));
   const Vector6 share = (eigen.eigenvalues().array() > singular).select(eigen.eigenvalues(), 0);
   const Matrix6 rows =
-      share.cwiseSqrt().asDiagonal() * eigen.eigenvectors().transpose() * Matrix6(root.matrixU());
+      share.cwiseSqrt().asDiagonal() * eigen.eigenvectors().transpose() * root.lower().transpose();
   return about_left(rows.transpose() * rows, pivot);
 }
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "libocc/core/internal/dense.hpp"
 #include "libocc/core/internal/robust_loss.hpp"
 #include "libocc/formation/light.hpp"
 #include "libocc/refine/internal/predicted_centroid.hpp"
@@ -108,7 +109,8 @@ void RefineProblem::eliminate_camera(const CameraSums& camera, PoseNormalEquatio
   camera_gain_ = camera.gain();
   camera_estimate_ = -camera_gain_ * camera.gradient;
   camera_mixed_ = camera.mixed;
-  normal.information.noalias() -= camera.mixed * camera_gain_ * camera.mixed.transpose();
+  const Eigen::MatrixXd half = core::product(camera.mixed, camera_gain_);
+  normal.information -= core::product_transposed(half, camera.mixed);
   normal.gradient += camera.mixed * camera_estimate_;
   const double reduction = -camera.gradient.dot(camera_estimate_);
   normal.chi2 -= reduction;
@@ -137,7 +139,7 @@ void RefineProblem::report_own_chi2(const State& state, std::vector<LampObservat
 
 Eigen::VectorXd RefineProblem::camera_estimate(const Vector8& step) const {
   if (camera_gain_.size() == 0) return {};
-  return camera_estimate_ - camera_gain_ * camera_mixed_.transpose() * step;
+  return camera_estimate_ - camera_gain_ * (camera_mixed_.transpose() * step);
 }
 
 bool RefineProblem::add_lamp(std::size_t index, const State& state, const Eigen::Vector3d& pivot,
@@ -194,7 +196,7 @@ std::optional<RefineProblem::CentroidResidual> RefineProblem::centroid_residual(
 
 Eigen::Matrix2d RefineProblem::CentroidResidual::covariance_px2() const {
   Eigen::Matrix2d covariance = information.inverse();
-  if (by_camera.cols() > 0) covariance += by_camera * by_camera.transpose();
+  if (by_camera.cols() > 0) covariance += core::product_transposed(by_camera, by_camera);
   return covariance;
 }
 
@@ -208,11 +210,12 @@ bool RefineProblem::add_centroid(const LampObservation& lamp, const State& state
   const Eigen::Matrix<double, 8, 2> informed = p->jacobian.transpose() * p->information;
   const double chi2 = p->residual_px.dot(p->information * p->residual_px);
   if (camera) {
-    camera->mixed += informed * p->by_camera;
-    camera->information += p->by_camera.transpose() * p->information * p->by_camera;
-    camera->gradient += p->by_camera.transpose() * p->information * p->residual_px;
+    const Eigen::Matrix2Xd weighted = p->information * p->by_camera;
+    camera->mixed += core::product(informed, p->by_camera);
+    camera->information += core::transposed_product(p->by_camera, weighted);
+    camera->gradient += weighted.transpose() * p->residual_px;
   }
-  normal.information.noalias() += informed * p->jacobian;
+  normal.information += informed.lazyProduct(p->jacobian);
   normal.gradient.noalias() += informed * p->residual_px;
   normal.chi2 += chi2;
   normal.robust_chi2 += chi2;
@@ -246,7 +249,7 @@ bool RefineProblem::free_emission(const PoseNormalEquations& normal) {
   }
   // For a correct scene, the reduction follows a chi-square distribution with `lamps` degrees.
   const double reached =
-      free.chi2 - free.gradient.dot(free.information.ldlt().solve(free.gradient));
+      free.chi2 - free.gradient.dot(core::solve_ldlt(free.information, free.gradient));
   if (!(normal.chi2 - reached > lamps + emission_sigmas * std::sqrt(2.0 * lamps))) return false;
   for (const auto& pixels : pixels_)
     if (pixels) pixels->free_emission();

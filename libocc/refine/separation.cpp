@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "libocc/refine/separation.hpp"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <optional>
@@ -13,6 +12,8 @@
 #include "libocc/core/statistics.hpp"
 
 namespace occ {
+
+namespace core = internal::core;
 namespace {
 
 /// Limits the number of sets of up to three units to 298.
@@ -26,7 +27,7 @@ constexpr double min_axis = 0.01, min_axis_m = 1e-9;
 constexpr double singular = 1e-9;
 
 double max_eigenvalue(const Eigen::Matrix2d& a) {
-  return std::max(0.0, internal::core::symmetric_eigenvalues(a)[1]);
+  return std::max(0.0, core::symmetric_eigenvalues(a)[1]);
 }
 
 /// Variance along the vertical, and the largest one along a horizontal direction.
@@ -60,17 +61,16 @@ class Whitened {
   Whitened(const SeparationModel& model, std::size_t max_units) {
     Eigen::MatrixXd all = model.prior_information;
     for (const LampEquations& lamp : model.lamps) all += lamp.information;
-    const Eigen::LLT<Eigen::MatrixXd> root(all);
-    is_determined_ = root.info() == Eigen::Success;
+    const core::Cholesky<Eigen::MatrixXd> root(all);
+    is_determined_ = root.exists();
     if (!is_determined_) return;
-    const auto lower = root.matrixL();
-    jacobian_ = lower.solve(model.position_jacobian.transpose());
+    jacobian_ = root.solve_lower<Eigen::MatrixXd>(model.position_jacobian.transpose());
     units_.resize(std::min(max_units, model.lamps.size()));
     for (std::size_t i = 0; i < model.lamps.size(); ++i) {
       Unit& unit = units_[i % units_.size()];
-      const Eigen::MatrixXd half = lower.solve(model.lamps[i].information);
-      const Eigen::MatrixXd information = lower.solve(half.transpose());
-      const Eigen::VectorXd gradient = lower.solve(model.lamps[i].gradient);
+      const Eigen::MatrixXd half = root.solve_lower(model.lamps[i].information).transpose();
+      const Eigen::MatrixXd information = root.solve_lower(half);
+      const Eigen::VectorXd gradient = root.solve_lower(model.lamps[i].gradient);
       unit.information = unit.lamps.empty() ? information : unit.information + information;
       unit.gradient = unit.lamps.empty() ? gradient : unit.gradient + gradient;
       unit.lamps.push_back(model.lamps[i].lamp);
@@ -79,7 +79,7 @@ class Whitened {
 
   bool is_determined() const { return is_determined_; }
   const std::vector<Unit>& units() const { return units_; }
-  Eigen::Matrix3d covariance() const { return jacobian_.transpose() * jacobian_; }
+  Eigen::Matrix3d covariance() const { return core::transposed_product(jacobian_, jacobian_); }
 
   /// False if the other units do not determine the pose.
   bool leave_out(Subset& set) {
@@ -91,11 +91,10 @@ class Whitened {
       left_ -= units_[unit].information;
       right_.col(3) += units_[unit].gradient;
     }
-    const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>> root(left_);
-    if (root.info() != Eigen::Success) return false;
+    if (!core::cholesky_in_place(left_)) return false;
     if (!(left_.diagonal().minCoeff() > std::sqrt(singular))) return false;
-    left_.triangularView<Eigen::Lower>().solveInPlace(right_);
-    set.covariance.noalias() = right_.leftCols<3>().transpose() * right_.leftCols<3>();
+    core::solve_lower_in_place(left_, right_);
+    core::transposed_product(right_.leftCols<3>(), right_.leftCols<3>(), set.covariance);
     set.separation.noalias() = right_.leftCols<3>().transpose() * right_.col(3);
     return true;
   }

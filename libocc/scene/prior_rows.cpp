@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <cmath>
 
+#include "libocc/core/internal/dense.hpp"
 #include "libocc/geometry/perturbation.hpp"
 #include "libocc/scene/prior.hpp"
 
@@ -91,10 +91,9 @@ void add_gravity(const Prior& prior, const Rigid3& cam_from_world, RowList& list
 /// J(w)^-1 (rotation), and its translation d by rotation x d + translation.
 void add_last_pose(const PriorPose& last, const Rigid3& cam_from_world, RowList& list) {
   const Vector6 delta = difference(cam_from_world, last.cam_from_world);
-  Matrix6 jacobian = d_difference(delta);
-  const Eigen::LLT<Matrix6> root(last.covariance);
-  root.matrixL().solveInPlace(jacobian);
-  const Vector6 residual = root.matrixL().solve(delta);
+  const internal::core::Cholesky<Matrix6> root(last.covariance);
+  const Matrix6 jacobian = root.solve_lower(d_difference(delta));
+  const Vector6 residual = root.solve_lower(delta);
   for (int i = 0; i < 6; ++i) list.add(residual[i], jacobian.row(i));
 }
 

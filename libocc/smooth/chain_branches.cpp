@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "libocc/smooth/internal/chain_branches.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <optional>
 #include <utility>
 
+#include "libocc/core/internal/dense.hpp"
 #include "libocc/core/internal/robust_loss.hpp"
 #include "libocc/core/math.hpp"
 #include "libocc/core/statistics.hpp"
@@ -95,9 +94,9 @@ class Bank {
       Block regular = at.information;
       regular.diagonal() *= 1 + damping;
       regular.diagonal().array() += weak_;
-      const Eigen::LLT<Block> llt(regular);
-      if (llt.info() != Eigen::Success) return std::nullopt;
-      const Part delta = -llt.solve(gradient);
+      const core::Cholesky<Block> cholesky(regular);
+      if (!cholesky.exists()) return std::nullopt;
+      const Part delta = -cholesky.solve(gradient);
       const double fall = -gradient.dot(delta);
       if (fall < tolerance) break;
       const Pose next = Body::moved(at.pose, delta);
@@ -147,12 +146,12 @@ class Bank {
   Block predict(Chain<Body>& one, const State& from, const Pose& predicted, std::size_t k) const {
     Block regular = from.information;
     regular.diagonal().array() += weak_;
-    const Block covariance =
-        carried_covariance<Body>(chain_.links[link_before(k)], from.pose, predicted,
-                                 Eigen::LLT<Block>(regular).solve(Block::Identity()), direction_);
+    const Block covariance = carried_covariance<Body>(
+        chain_.links[link_before(k)], from.pose, predicted,
+        core::solve_llt<Block, Block>(regular, Block::Identity()), direction_);
     Quadratic<Pose, Body::size> prior;
     prior.about = predicted;
-    prior.root = Eigen::LLT<Block>(covariance).matrixL().solve(Block::Identity());
+    prior.root = core::Cholesky<Block>(covariance).template solve_lower<Block>(Block::Identity());
     prior.offset.setZero();
     one.nodes[0].priors.push_back(prior);
     return covariance;
@@ -364,7 +363,7 @@ typename Body::Block carried_covariance(const Link<Body>& link, const typename B
   else
     Body::residual(to, from, link.step, &d_to, &d_from);
   // residual = d_from delta_from + d_to delta_to, with the covariance of the step
-  const Block solved = (link.root * d_to).inverse();
+  const Block solved = core::inverse<Block>(link.root * d_to);
   const Block carried = solved * link.root * d_from;
   return carried * covariance * carried.transpose() + solved * solved.transpose();
 }

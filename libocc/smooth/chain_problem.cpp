@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "libocc/smooth/internal/chain_problem.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -14,6 +12,9 @@
 
 namespace occ::internal::smooth {
 namespace {
+
+template <int size>
+using Rows = Eigen::Matrix<double, Eigen::Dynamic, size, 0, size, size>;
 
 constexpr double infinite = std::numeric_limits<double>::infinity();
 
@@ -51,9 +52,8 @@ Quadratic<Pose, size> quadratic(const Pose& about,
 View::View(const SmootherFrame& seen)
     : frame(seen), aside(seen.sightings.size(), false), d_body(adjoint(seen.cam_from_body)) {
   for (const PointSighting& sighting : seen.sightings)
-    root.push_back(Eigen::LLT<Eigen::Matrix2d>(sighting.covariance_px2)
-                       .matrixL()
-                       .solve(Eigen::Matrix2d::Identity()));
+    root.push_back(core::Cholesky<Eigen::Matrix2d>(sighting.covariance_px2)
+                       .solve_lower<Eigen::Matrix2d>(Eigen::Matrix2d::Identity()));
 }
 
 std::optional<Eigen::Vector2d> sighting_residual(const View& view, std::size_t i,
@@ -102,7 +102,7 @@ double Chain<Body>::node_cost(std::size_t k, const Pose& pose, typename Body::Bl
     const Eigen::VectorXd residual = reading.root * (delta - reading.offset);
     cost += 0.5 * residual.squaredNorm();
     if (information == nullptr) continue;
-    const Eigen::Matrix<double, Eigen::Dynamic, 6> jacobian = reading.root * d_pose;
+    const Rows<6> jacobian = reading.root * d_pose;
     information6.noalias() += jacobian.transpose() * jacobian;
     gradient6.noalias() += jacobian.transpose() * residual;
   }
@@ -117,7 +117,7 @@ double Chain<Body>::node_cost(std::size_t k, const Pose& pose, typename Body::Bl
     const Eigen::VectorXd residual = prior.root * (delta - prior.offset);
     cost += 0.5 * residual.squaredNorm();
     if (information == nullptr) continue;
-    const Eigen::Matrix<double, Eigen::Dynamic, Body::size> jacobian = prior.root * d_pose;
+    const Rows<Body::size> jacobian = prior.root * d_pose;
     *information += jacobian.transpose() * jacobian;
     *gradient += jacobian.transpose() * residual;
   }
@@ -227,10 +227,10 @@ Link<Body> made_link(const typename Body::Step& step, double from_s, double to_s
   Block covariance = step.covariance;
   covariance.diagonal() +=
       Body::sigmas(options.min_odometry_sigma_m, options.min_odometry_sigma_rad).cwiseAbs2();
-  const Eigen::LLT<Block> llt(0.5 * (covariance + covariance.transpose()));
-  require(llt.info() == Eigen::Success, "odometry's covariance", step.covariance,
+  const core::Cholesky<Block> cholesky(0.5 * (covariance + covariance.transpose()));
+  require(cholesky.exists(), "odometry's covariance", step.covariance,
           "positive definite together with min_odometry_sigma_m, min_odometry_sigma_rad");
-  link.root = llt.matrixL().solve(Block::Identity());
+  link.root = cholesky.template solve_lower<Block>(Block::Identity());
   return link;
 }
 

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "libocc/smooth/internal/chain_search.hpp"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
+#include "libocc/core/internal/dense.hpp"
 #include "libocc/core/statistics.hpp"
 #include "libocc/smooth/internal/chain_branches.hpp"
 
@@ -221,7 +221,7 @@ bool same_minimum(const ChainSolution<Body>& a, const ChainSolution<Body>& b) {
   for (std::size_t k = 0; k < a.poses.size(); ++k) {
     if (!a.covariance.determined[k]) continue;
     const typename Body::Part apart = Body::difference(b.poses[k], a.poses[k]);
-    if (!(apart.dot(a.covariance.diagonal[k].llt().solve(apart)) < same_chi2)) return false;
+    if (!(apart.dot(core::solve_llt(a.covariance.diagonal[k], apart)) < same_chi2)) return false;
   }
   return true;
 }

@@ -16,7 +16,7 @@ namespace {
 
 constexpr double near_sigmas = 5;  // limit of the mean residual of a node
 /// Branches remain open for longer than they count as alternatives: their priors are linearised.
-constexpr double kept_chi2 = 2 * open_chi2;
+constexpr double kept_branch_chi2 = 2 * open_chi2;
 constexpr std::size_t max_branches = 8;
 
 /// Pseudo-inverse of A: undetermined directions get 0.
@@ -237,7 +237,7 @@ void ChainWindow<Body>::keep_plausible(std::vector<Branch> found) {
                    [](const Branch& a, const Branch& b) { return a.chi2() < b.chi2(); });
   branches_.clear();
   for (Branch& branch : found) {
-    if (!branches_.empty() && !(branch.chi2() < branches_.front().chi2() + kept_chi2)) break;
+    if (!branches_.empty() && !(branch.chi2() < branches_.front().chi2() + kept_branch_chi2)) break;
     if (branches_.size() == max_branches) break;
     const bool known = std::any_of(branches_.begin(), branches_.end(), [&](const Branch& other) {
       return same_minimum(other.minimum.solution, branch.minimum.solution);

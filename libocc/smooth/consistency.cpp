@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "libocc/smooth/consistency.hpp"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <string>
@@ -9,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "libocc/core/internal/dense.hpp"
 #include "libocc/core/require.hpp"
 #include "libocc/core/statistics.hpp"
 
@@ -106,9 +106,10 @@ double normalised_squared_error(const Eigen::VectorXd& error, const Eigen::Matri
   const Eigen::VectorXd sigma = covariance.diagonal().cwiseMax(0).cwiseSqrt();
   require((sigma.array() > 0).all(), "covariance", covariance, "positive definite");
   const Eigen::VectorXd unit = sigma.cwiseInverse();
-  const Eigen::LLT<Eigen::MatrixXd> llt(unit.asDiagonal() * covariance * unit.asDiagonal());
-  require(llt.info() == Eigen::Success, "covariance", covariance, "positive definite");
-  return llt.matrixL().solve(Eigen::VectorXd(unit.cwiseProduct(error))).squaredNorm();
+  const internal::core::Cholesky<Eigen::MatrixXd> cholesky(unit.asDiagonal() * covariance *
+                                                           unit.asDiagonal());
+  require(cholesky.exists(), "covariance", covariance, "positive definite");
+  return cholesky.solve_lower<Eigen::VectorXd>(unit.cwiseProduct(error)).squaredNorm();
 }
 
 ConsistencyReport nees(const Eigen::MatrixXd& squared, const Eigen::MatrixXi& dof,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <Eigen/Dense>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -115,7 +115,8 @@ std::optional<QuadraticFit> fit_quadratic(const LineWindow& log, const Disc& dis
   if (sums.count < 40) return std::nullopt;
   // Lit lines alone may not determine the harmonics: a weak prior keeps them near zero.
   for (int k = 6; k < 10; ++k) sums.information(k, k) += 1e-3 * sums.count;
-  const Vector10 x = core::solve_ldlt(sums.information, sums.right);
+  const Vector10 x =
+      core::solve_ldlt<Eigen::MatrixXd, Eigen::VectorXd>(sums.information, sums.right);
 
   QuadraticFit fit;
   Eigen::Matrix2d h;
@@ -130,7 +131,7 @@ std::optional<QuadraticFit> fit_quadratic(const LineWindow& log, const Disc& dis
   // The misfit of the model is correlated between pixels: each patch of 5 x 5 counts as one.
   const double patch = std::max(1.0, 25.0 / log.stride);
   const Eigen::Matrix2d of_slope =
-      patch * variance * Matrix10(sums.information.inverse()).block<2, 2>(1, 1);
+      patch * variance * core::inverse<Eigen::MatrixXd>(sums.information).block<2, 2>(1, 1);
   fit.covariance = disc.radius * disc.radius * h_inverse * of_slope * h_inverse;
   return fit;
 }
@@ -151,13 +152,13 @@ std::optional<StripedShape> fit_gaussian(const LineWindow& window, const Gaussia
   }
   const double range = std::max(0.7, fit->above_floor);
   // An ellipse far larger than the region of the fit is extrapolation.
-  const double min_curvature = fit->curvature.selfadjointView<Eigen::Lower>().eigenvalues()[0];
+  const double min_curvature = core::symmetric_eigenvalues(fit->curvature)[0];
   if (!(std::sqrt(2 * range / min_curvature) < 3 * disc.radius)) return std::nullopt;
   StripedShape lamp;
   lamp.centre = fit->centre;
   lamp.covariance = fit->covariance;
   lamp.log_range = range;
-  lamp.shape = Eigen::Matrix2d(fit->curvature / (2 * range)).llt().matrixU();
+  lamp.shape = core::Cholesky<Eigen::Matrix2d>(fit->curvature / (2 * range)).lower().transpose();
   // For an asymmetric profile the brighter half (by its log) has a different centre.
   if (const auto inner =
           fit_quadratic(log, disc, *options.blink, log_floor + 0.5 * fit->above_floor))

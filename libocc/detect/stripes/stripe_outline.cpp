@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <Eigen/Dense>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -235,7 +235,7 @@ StripedShape fit_outline(const std::vector<Chord>& chords) {
   const Eigen::Matrix2d spread =
       area.second / area.sum - outline.centre * outline.centre.transpose();
   // Ellipse with the second moments of this area: semi-axes are two standard deviations.
-  outline.shape = Eigen::Matrix2d((4 * spread).inverse()).llt().matrixU();
+  outline.shape = core::Cholesky<Eigen::Matrix2d>((4 * spread).inverse()).lower().transpose();
   // Up to one gap may be hidden at either end: uniform distribution, variance gap^2 / 12, halved by
   // the mean of both ends. The position of the hidden ends along the lines is unknown as well, with
   // half the sigma, because they are shorter than the other chords.
@@ -267,9 +267,9 @@ std::optional<StripedShape> fit_disc(const SharpChords& chords) {
     disc.rim_shift_variance_px2 += change.head<2>().squaredNorm() / 4;
     disc.rim_growth_variance_px2 += change[2] * change[2] / 100;
   }
-  disc.covariance = disc.rim_sigma_px * disc.rim_sigma_px *
-                        Matrix5(fit.information.inverse()).topLeftCorner<2, 2>() +
-                    disc.rim_shift_variance_px2 * Eigen::Matrix2d::Identity();
+  disc.covariance =
+      disc.rim_sigma_px * disc.rim_sigma_px * core::inverse(fit.information).topLeftCorner<2, 2>() +
+      disc.rim_shift_variance_px2 * Eigen::Matrix2d::Identity();
   for (const Eigen::Vector2d& end : ends) {
     Eigen::Vector2d normal;
     const double r = ellipse_residual(fit, end, nullptr, &normal);

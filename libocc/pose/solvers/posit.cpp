@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "libocc/pose/solvers/posit.hpp"
 
-#include <Eigen/Dense>
 #include <cmath>
 
+#include "libocc/core/internal/dense.hpp"
 #include "libocc/geometry/so3.hpp"
 #include "libocc/pose/internal/frames.hpp"
 #include "libocc/pose/internal/point_layout.hpp"
@@ -20,13 +20,14 @@ void solve_posit(const PoseProblem& problem, std::vector<Rigid3>& candidates) {
   const std::optional<PinholeFrame> frame = pinhole_frame(problem);
   const Eigen::Index n = problem.points.cols();
   if (!frame || !spans_space(point_layout(problem.points))) return;
-  const Eigen::MatrixX4d model = problem.points.colwise().homogeneous().transpose();
-  const Eigen::HouseholderQR<Eigen::MatrixX4d> solver(model);
+  Eigen::MatrixXd model = Eigen::MatrixXd::Ones(n, 4);
+  model.leftCols<3>() = problem.points.transpose();
+  const internal::core::OrthogonalFactors factors(model);
   Eigen::VectorXd w = Eigen::VectorXd::Ones(n);
   Rigid3 pose;
   for (int step = 0; step < max_posit_steps; ++step) {
     const Eigen::Matrix<double, 4, 2> scaled =
-        solver.solve((frame->image.transpose().array().colwise() * w.array()).matrix());
+        factors.solve(w.asDiagonal() * frame->image.transpose());
     const Eigen::Vector3d i = scaled.col(0).head<3>(), j = scaled.col(1).head<3>();
     const double z = 1 / std::sqrt(i.norm() * j.norm());
     pose.rotation.row(0) = i.normalized();

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "libocc/pose/solvers/posit_coplanar.hpp"
 
-#include <Eigen/Dense>
 #include <cmath>
 #include <complex>
 
+#include "libocc/core/internal/dense.hpp"
 #include "libocc/geometry/so3.hpp"
 #include "libocc/pose/internal/frames.hpp"
 #include "libocc/pose/internal/point_layout.hpp"
@@ -19,14 +19,14 @@ constexpr double coplanar_converged = 1e-14;  // change of the perspective corre
 
 struct Plane {
   Eigen::Matrix3Xd points;  // in the plane's axes, z = 0
-  Eigen::HouseholderQR<Eigen::MatrixX3d> solver;
+  internal::core::OrthogonalFactors factors;
 };
 
 // One of the two scaled orthographic poses of image points: I = I0 + lambda n, J = J0 + mu n with
 // I . J = 0 and |I| = |J|, that is (lambda + i mu)^2 = |J0|^2 - |I0|^2 - 2 i I0 . J0. `sign`
 // selects the square root.
-Rigid3 orthographic_pose(const Plane& plane, const Eigen::MatrixX2d& image, double sign) {
-  const Eigen::Matrix<double, 3, 2> scaled = plane.solver.solve(image);
+Rigid3 orthographic_pose(const Plane& plane, const Eigen::MatrixXd& image, double sign) {
+  const Eigen::Matrix<double, 3, 2> scaled = plane.factors.solve(image);
   const Eigen::Vector2d i0 = scaled.col(0).head<2>(), j0 = scaled.col(1).head<2>();
   const std::complex<double> root =
       sign * std::sqrt(std::complex<double>(j0.squaredNorm() - i0.squaredNorm(), -2 * i0.dot(j0)));
@@ -46,7 +46,7 @@ Rigid3 iterate_pose(const Plane& plane, const Eigen::Matrix2Xd& image, double fi
   Eigen::VectorXd w = Eigen::VectorXd::Ones(image.cols());
   Rigid3 pose;
   for (int step = 0; step < max_coplanar_steps; ++step) {
-    const Eigen::MatrixX2d corrected = (image.transpose().array().colwise() * w.array()).matrix();
+    const Eigen::MatrixXd corrected = w.asDiagonal() * image.transpose();
     const Eigen::RowVector3d before = pose.rotation.row(2);
     pose = orthographic_pose(plane, corrected, first_sign);
     if (step > 0) {
@@ -66,12 +66,11 @@ void solve_posit_coplanar(const PoseProblem& problem, std::vector<Rigid3>& candi
   const std::optional<PinholeFrame> frame = pinhole_frame(problem);
   const PointLayout layout = point_layout(problem.points);
   if (!frame || problem.size() < 4 || !spans_plane(layout)) return;
-  Plane plane;
-  plane.points = layout.axes.transpose() * (problem.points.colwise() - layout.centroid);
-  plane.points.row(2).setZero();
-  Eigen::MatrixX3d model = plane.points.transpose();
+  Eigen::Matrix3Xd points = layout.axes.transpose() * (problem.points.colwise() - layout.centroid);
+  points.row(2).setZero();
+  Eigen::MatrixXd model = points.transpose();
   model.col(2).setOnes();
-  plane.solver.compute(model);
+  const Plane plane{points, internal::core::OrthogonalFactors(model)};
   const Rigid3 plane_from_world{layout.axes.transpose(),
                                 -(layout.axes.transpose() * layout.centroid)};
   for (const double sign : {1.0, -1.0}) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "libocc/pose/solvers/upright_p2p.hpp"
 
-#include <Eigen/Dense>
+#include <Eigen/Geometry>
 #include <cmath>
 
 #include "libocc/geometry/so3.hpp"
@@ -38,10 +38,11 @@ void solve_upright_p2p(const PoseProblem& problem, std::vector<Rigid3>& candidat
     Rigid3 pose;
     pose.rotation =
         cam_from_upright * Eigen::AngleAxisd(heading, Eigen::Vector3d::UnitZ()).toRotationMatrix();
-    Eigen::Matrix<double, 3, 2> rays;
-    rays << f0, -f1;
-    const Eigen::Vector2d depths = rays.householderQr().solve(pose.rotation * side - (o0 - o1));
-    pose.translation = 0.5 * (depths[0] * f0 + o0 + depths[1] * f1 + o1) -
+    // Depths at which the rays are nearest to each other, the second one shifted by `apart`.
+    const Eigen::Vector3d apart = pose.rotation * side - (o0 - o1);
+    const double depth0 = apart.cross(f1).dot(normal_in_cam) / normal_in_cam.squaredNorm();
+    const double depth1 = apart.cross(f0).dot(normal_in_cam) / normal_in_cam.squaredNorm();
+    pose.translation = 0.5 * (depth0 * f0 + o0 + depth1 * f1 + o1) -
                        0.5 * (pose.rotation * (problem.points.col(0) + problem.points.col(1)));
     candidates.push_back(pose);
   }

@@ -12,7 +12,6 @@
 // separately.
 #pragma once
 
-#include <Eigen/Cholesky>
 #include <Eigen/Core>
 #include <algorithm>
 #include <cstddef>
@@ -83,15 +82,15 @@ bool solve(const ChainNormals<size>& normals, double damping,
     for (int i = 0; i < size; ++i)  // the minimum keeps undetermined components where they are
       pivot(i, i) += damping * std::max(pivot(i, i), 1e-9 * largest);
     pivot -= taken;
-    const Eigen::LLT<Block> llt(pivot);
-    if (llt.info() != Eigen::Success) return false;
+    const core::Cholesky<Block> cholesky(pivot);
+    if (!cholesky.exists()) return false;
     delta[k] = -normals.gradient[k];
     if (k > 0) delta[k] -= normals.coupling[k - 1].transpose() * delta[k - 1];
-    delta[k] = llt.solve(delta[k]).eval();
+    delta[k] = cholesky.solve(delta[k]);
     if (k + 1 < count) {
-      const Block half = llt.matrixL().solve(normals.coupling[k]);
+      const Block half = cholesky.solve_lower(normals.coupling[k]);
       taken.noalias() = half.transpose() * half;
-      back[k] = llt.matrixU().solve(half);
+      back[k] = cholesky.solve(normals.coupling[k]);
     }
   }
   for (std::size_t k = count; k-- > 1;) delta[k - 1] -= back[k - 1] * delta[k];
@@ -106,9 +105,9 @@ template <class Block>
 Block message(const Block& known, const Block& there, const Block& here, const Block& coupling) {
   const Block pivot = known + there;
   if (!well_determined(pivot, pivot)) return Block::Zero();
-  const Eigen::LLT<Block> llt(pivot);
-  if (llt.info() != Eigen::Success) return Block::Zero();
-  const Block half = llt.matrixL().solve(coupling);
+  const core::Cholesky<Block> cholesky(pivot);
+  if (!cholesky.exists()) return Block::Zero();
+  const Block half = cholesky.solve_lower(coupling);
   return here - half.transpose() * half;
 }
 
@@ -131,7 +130,7 @@ ChainCovariance<size> covariance(const ChainNormals<size>& normals,
     const Block information = normals.own[k] + before[k] + behind[k];
     out.determined[k] = well_determined<Block>(information, normals.diagonal(k));
     if (out.determined[k]) {
-      out.diagonal[k] = information.llt().solve(Block::Identity());
+      out.diagonal[k] = core::solve_llt<Block, Block>(information, Block::Identity());
       out.diagonal[k] = (0.5 * (out.diagonal[k] + out.diagonal[k].transpose())).eval();
     }
     if (k > 0 && linked[k - 1])
@@ -141,7 +140,7 @@ ChainCovariance<size> covariance(const ChainNormals<size>& normals,
   for (std::size_t k = 0; k + 1 < count; ++k) {
     if (!linked[k] || !out.determined[k] || !out.determined[k + 1]) continue;
     const Block pivot = normals.own[k] + before[k] + normals.from[k];
-    out.coupling[k] = -pivot.llt().solve(normals.coupling[k]) * out.diagonal[k + 1];
+    out.coupling[k] = -core::solve_llt(pivot, normals.coupling[k]) * out.diagonal[k + 1];
   }
   return out;
 }
