@@ -6,6 +6,7 @@
 #include "libocc/core/internal/covariance.hpp"
 #include "libocc/core/internal/dense.hpp"
 #include "libocc/core/require.hpp"
+#include "libocc/geometry/internal/independent_part.hpp"
 
 namespace occ {
 namespace {
@@ -31,12 +32,19 @@ PoseObservation PoseObservation::of_pose(double time_s, const Rigid3& cam_from_w
 }
 
 PoseObservation PoseObservation::without_systematic() const {
-  PoseObservation out = *this;
-  if (systematic.empty()) return out;
+  return internal::geometry::independent_part(*this).observation;
+}
+
+internal::geometry::IndependentPart internal::geometry::independent_part(
+    const PoseObservation& seen) {
+  IndependentPart part{seen, Eigen::MatrixXd::Zero(6, 0)};
+  if (seen.systematic.empty()) return part;
+  PoseObservation& out = part.observation;
   out.systematic.clear();
   out.gradient_by_systematic.resize(6, 0);
   out.uncertain_systematic = 0;
   constexpr double rounding = 1e-13;
+  const Matrix6& information = seen.information;
   const Vector6 scale = information.diagonal().cwiseMax(0).cwiseSqrt();
   const Vector6 unit = (scale.array() > 0).select(scale.cwiseInverse(), 0);
   const auto eigen =
@@ -50,14 +58,15 @@ PoseObservation PoseObservation::without_systematic() const {
   const Matrix6 rows = root.asDiagonal() * eigen.eigenvectors().transpose() * scale.asDiagonal();
   const Matrix6 whiten =
       inverse.asDiagonal() * eigen.eigenvectors().transpose() * unit.asDiagonal();
-  const Eigen::MatrixXd by_errors = whiten * gradient_by_systematic;
+  const Eigen::MatrixXd by_errors = whiten * seen.gradient_by_systematic;
   Eigen::MatrixXd covariance = internal::core::product_transposed(by_errors, by_errors);
   covariance.diagonal().array() += 1;
   const Matrix6 weighted = internal::core::solve_llt(covariance, Eigen::MatrixXd(rows));
   out.information = rows.transpose() * weighted;
   out.information = (0.5 * (out.information + out.information.transpose())).eval();
-  out.gradient = weighted.transpose() * (whiten * gradient);
-  return out;
+  out.gradient = weighted.transpose() * (whiten * seen.gradient);
+  part.by_systematic = weighted.transpose() * by_errors;
+  return part;
 }
 
 PoseObservation PoseObservation::of_body() const {

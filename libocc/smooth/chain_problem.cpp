@@ -5,10 +5,13 @@
 #include <cmath>
 #include <limits>
 
+#include "libocc/core/internal/covariance.hpp"
 #include "libocc/core/internal/dense.hpp"
 #include "libocc/core/internal/robust_loss.hpp"
+#include "libocc/core/math.hpp"
 #include "libocc/core/require.hpp"
-#include "libocc/geometry/so3.hpp"
+#include "libocc/geometry/internal/independent_part.hpp"
+#include "libocc/geometry/motion.hpp"
 
 namespace occ::internal::smooth {
 namespace {
@@ -49,28 +52,16 @@ Quadratic<Pose, size> quadratic(const Pose& about,
   return out;
 }
 
-View::View(const SmootherFrame& seen)
-    : frame(seen), aside(seen.sightings.size(), false), d_body(adjoint(seen.cam_from_body)) {
-  for (const PointSighting& sighting : seen.sightings)
-    root.push_back(core::Cholesky<Eigen::Matrix2d>(sighting.covariance_px2)
-                       .solve_lower<Eigen::Matrix2d>(Eigen::Matrix2d::Identity()));
-}
-
-std::optional<Eigen::Vector2d> sighting_residual(const View& view, std::size_t i,
-                                                 const Rigid3& body_from_world,
-                                                 Eigen::Matrix<double, 2, 6>* d_body) {
-  const PointSighting& sighting = view.frame.sightings[i];
-  const Eigen::Vector3d in_cam =
-      view.frame.cam_from_body * (body_from_world * sighting.point_in_world);
-  Eigen::Matrix<double, 2, 3> d_point;
-  const auto px = view.frame.camera.project(in_cam, d_body != nullptr ? &d_point : nullptr);
-  if (!px || !px->allFinite()) return std::nullopt;
-  if (d_body != nullptr) {
-    Eigen::Matrix<double, 2, 6> d_cam;
-    d_cam << -d_point * skew(in_cam), d_point;
-    *d_body = view.root[i] * d_cam * view.d_body;
-  }
-  return Eigen::Vector2d(view.root[i] * view.frame.camera.difference_px(*px, sighting.px));
+Quadratic<Rigid3, 6> reading_of(const PoseObservation& seen, ErrorNumbers& numbers) {
+  const auto part = internal::geometry::independent_part(seen);
+  const PoseObservation of_body = part.observation.of_body();
+  auto reading =
+      quadratic<Rigid3, 6>(of_body.cam_from_world, of_body.information, of_body.gradient);
+  std::vector<int> own;
+  for (const int number : seen.systematic)
+    own.push_back(numbers.of(ErrorNumbers::observation, {static_cast<double>(number)}, 0));
+  reading.errors.add(own, adjoint(seen.cam_from_body).transpose() * part.by_systematic);
+  return reading;
 }
 
 template <class Body>
@@ -83,6 +74,13 @@ double Chain<Body>::node_cost(std::size_t k, const Pose& pose, typename Body::Bl
   double cost = 0;
   Eigen::Matrix<double, 2, 6> d_body;
   for (const View& view : node.views) {
+    if (!view.errors.empty()) {
+      const ViewFit fit = fitted_errors(view, spatial, sighting_corner);
+      cost += fit.cost;
+      information6 += fit.information;
+      gradient6 += fit.gradient;
+      continue;
+    }
     for (std::size_t i = 0; i < view.root.size(); ++i) {
       if (view.aside[i]) continue;
       const auto residual =
@@ -183,15 +181,68 @@ bool Chain<Body>::set_aside(const std::vector<Pose>& poses) {
   bool changed = false;
   for (std::size_t k = 0; k < nodes.size(); ++k) {
     const Rigid3 spatial = body.body_from_world(poses[k]);
-    for (View& view : nodes[k].views) {
-      for (std::size_t i = 0; i < view.root.size(); ++i) {
-        const bool aside = !sighting_residual(view, i, spatial);
-        changed = changed || aside != view.aside[i];
-        view.aside[i] = aside;
-      }
-    }
+    for (View& view : nodes[k].views) changed = view.set_aside(spatial) || changed;
   }
   return changed;
+}
+
+template <class Body>
+CommonErrors<Body::size> Chain<Body>::errors_at(std::size_t k, const Pose& pose) const {
+  const Node<Body>& node = nodes[k];
+  const Rigid3 spatial = body.body_from_world(pose);
+  CommonErrors<6> errors;
+  for (const View& view : node.views)
+    if (!view.errors.empty()) errors.add(fitted_errors(view, spatial, sighting_corner).common);
+  for (const auto& reading : node.readings) {
+    if (reading.errors.empty()) continue;
+    Matrix6 d_pose;
+    SpatialBody::difference(spatial, reading.about, &d_pose);
+    errors.add(reading.errors.mapped(d_pose));
+  }
+  CommonErrors<Body::size> out = errors.mapped(body.lift(pose));
+  for (const auto& prior : node.priors) {
+    if (prior.errors.empty()) continue;
+    typename Body::Block d_pose;
+    Body::difference(pose, prior.about, &d_pose);
+    out.add(prior.errors.mapped(d_pose));
+  }
+  return out;
+}
+
+template <class Body>
+bool Chain<Body>::has_errors() const {
+  const auto any = [](const auto& terms) {
+    return std::any_of(terms.begin(), terms.end(),
+                       [](const auto& term) { return !term.errors.empty(); });
+  };
+  return std::any_of(nodes.begin(), nodes.end(), [&](const Node<Body>& node) {
+    return any(node.views) || any(node.readings) || any(node.priors);
+  });
+}
+
+template <class Body>
+void Chain<Body>::set_velocities() {
+  for (std::size_t k = 0; k < nodes.size(); ++k) {
+    Vector6 sum = Vector6::Zero();
+    Matrix6 covariance = Matrix6::Zero();
+    int count = 0;
+    for (const std::size_t i : {k - 1, k}) {  // the links at both sides
+      if (i >= links.size() || !links[i].report.odometry) continue;
+      const Rigid3 motion = body.body_from_world(Body::after(Pose{}, links[i].step)) *
+                            body.body_from_world(Pose{}).inverse();
+      const double duration_s = nodes[i + 1].time_s - nodes[i].time_s;
+      sum += velocity_between({}, motion, duration_s);
+      const typename Body::Lift lift = body.lift(Pose{});
+      covariance += lift * links[i].step.covariance * lift.transpose() / square(duration_s);
+      ++count;
+    }
+    const double weight = 1.0 / std::max(1, count);
+    const Matrix6 root = core::semidefinite_root(Matrix6(square(weight) * covariance));
+    for (View& view : nodes[k].views) {
+      view.velocity = weight * sum;
+      view.velocity_root = root;
+    }
+  }
 }
 
 template <class Body>

@@ -55,10 +55,11 @@ void measure_sightings(const Chain<Body>& chain, const ChainSolution<Body>& solu
   for (std::size_t k = 0; k < chain.nodes.size(); ++k) {
     const Rigid3 spatial = chain.body.body_from_world(solution.poses[k]);
     for (const View& view : chain.nodes[k].views) {
+      const auto residuals = residuals_of(view, spatial, chain.sighting_corner);
       out.residual_sigmas.emplace_back(view.root.size(), std::numeric_limits<double>::infinity());
       for (std::size_t i = 0; i < view.root.size(); ++i) {
         ++s.count;
-        const auto residual = view.aside[i] ? std::nullopt : sighting_residual(view, i, spatial);
+        const auto& residual = residuals[i];
         s.outside += !residual;
         if (!residual) continue;
         out.residual_sigmas.back()[i] = residual->norm();
@@ -75,12 +76,20 @@ template <class Body>
 std::vector<typename Body::Smoothed> smoothed_poses(const Chain<Body>& chain,
                                                     const ChainSolution<Body>& solution) {
   std::vector<typename Body::Smoothed> out;
+  std::vector<typename Body::Block> covariances = solution.covariance.diagonal;
+  if (chain.has_errors()) {
+    std::vector<CommonErrors<Body::size>> errors;
+    for (std::size_t k = 0; k < chain.nodes.size(); ++k)
+      errors.push_back(chain.errors_at(k, solution.poses[k]));
+    covariances = with_common_errors(chain.normals(solution.poses), chain.linked(), errors,
+                                     solution.covariance);
+  }
   for (std::size_t k = 0; k < chain.nodes.size(); ++k) {
     typename Body::Smoothed pose;
     pose.time_s = chain.nodes[k].time_s;
     Body::put(solution.poses[k], pose);
     pose.determined = solution.covariance.determined[k];
-    if (pose.determined) pose.covariance = solution.covariance.diagonal[k];
+    if (pose.determined) pose.covariance = covariances[k];
     out.push_back(pose);
   }
   return out;

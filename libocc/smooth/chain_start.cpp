@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "libocc/locate/robust_pose.hpp"
@@ -19,12 +20,36 @@ struct Seen {
   std::vector<double> sigmas_px;
 };
 
+/// Distance of the points from the camera, by the angle between two bearings and the points'
+/// distance: the smallest of all pairs, and at least this share of their distance.
+double nearness_m(const Camera& camera, const std::vector<PointSighting>& sightings) {
+  constexpr double min_share = 0.5;
+  double nearest = std::numeric_limits<double>::infinity();
+  for (const PointSighting& a : sightings)
+    for (const PointSighting& b : sightings) {
+      const double apart = (a.point_in_world - b.point_in_world).norm();
+      const auto from = camera.unproject(a.px), to = camera.unproject(b.px);
+      if (apart > 0 && from && to)
+        nearest = std::min(nearest, apart / std::max((*from - *to).norm(), min_share));
+    }
+  return nearest;
+}
+
+/// Variance of a pixel coordinate due to the errors of a point at some distance.
+double variance_by_point(const Camera& camera, const PointSighting& seen, double distance_m) {
+  Eigen::Matrix<double, 2, 3> d_point;
+  camera.project(distance_m * *camera.unproject(seen.px), &d_point);
+  return 0.5 * seen.point_covariance_m2.trace() / 3 * d_point.squaredNorm();
+}
+
 /// Correspondences for a solver: pixels inside the camera's domain, each point once.
 Seen solvable(const View& view) {
   Seen out;
   std::vector<std::size_t> used;
   for (std::size_t i = 0; i < view.frame.sightings.size(); ++i)
     if (view.frame.camera.unproject(view.frame.sightings[i].px)) used.push_back(i);
+  const bool exact = view.errors.point_roots.empty();
+  const double distance_m = exact ? 0 : nearness_m(view.frame.camera, view.frame.sightings);
   const auto count = static_cast<Eigen::Index>(used.size());
   out.points.resize(3, count);
   out.px.resize(2, count);
@@ -32,7 +57,10 @@ Seen solvable(const View& view) {
     const PointSighting& s = view.frame.sightings[used[i]];
     out.points.col(i) = s.point_in_world;
     out.px.col(i) = s.px;
-    out.sigmas_px.push_back(std::sqrt(0.5 * s.covariance_px2.trace()));
+    double variance = 0.5 * s.covariance_px2.trace();
+    if (std::isfinite(distance_m) && !exact)
+      variance += variance_by_point(view.frame.camera, s, distance_m);
+    out.sigmas_px.push_back(std::sqrt(variance));
   }
   return out;
 }
@@ -85,13 +113,12 @@ std::vector<Rigid3> upright_poses_of(const View& view) {
 }
 
 template <class Body>
-double misfit(const Body& body, const Node<Body>& node, const typename Body::Pose& pose) {
+double misfit(const Chain<Body>& chain, std::size_t k, const typename Body::Pose& pose) {
   constexpr double outside = 1e12;  // larger than any residual inside the image
-  const Rigid3 spatial = body.body_from_world(pose);
+  const Rigid3 spatial = chain.body.body_from_world(pose);
   double sum = 0;
-  for (const View& view : node.views) {
-    for (std::size_t i = 0; i < view.root.size(); ++i) {
-      const auto residual = sighting_residual(view, i, spatial);
+  for (const View& view : chain.nodes[k].views) {
+    for (const auto& residual : residuals_of(view, spatial, chain.sighting_corner)) {
       sum += residual ? residual->norm() : outside;  // not squared: robust against an outlier
     }
   }
@@ -175,9 +202,8 @@ std::vector<Rigid3> candidates_of(const PlanarBody&, const View& view) {
 }  // namespace
 
 template <class Body>
-bool fits(const Body& body, const Node<Body>& node, const typename Body::Pose& pose,
-          double sigmas) {
-  return misfit(body, node, pose) <= sigmas * static_cast<double>(sightings_of(node));
+bool fits(const Chain<Body>& chain, std::size_t k, const typename Body::Pose& pose, double sigmas) {
+  return misfit(chain, k, pose) <= sigmas * static_cast<double>(sightings_of(chain.nodes[k]));
 }
 
 template <class Body>
@@ -227,7 +253,7 @@ template std::vector<Rigid3> poses_together(const Chain<SpatialBody>&, std::size
 template std::vector<PlanarPose> poses_together(const Chain<PlanarBody>&, std::size_t);
 template std::vector<Rigid3> poses_alone(const SpatialBody&, const Node<SpatialBody>&);
 template std::vector<PlanarPose> poses_alone(const PlanarBody&, const Node<PlanarBody>&);
-template bool fits(const SpatialBody&, const Node<SpatialBody>&, const Rigid3&, double);
-template bool fits(const PlanarBody&, const Node<PlanarBody>&, const PlanarPose&, double);
+template bool fits(const Chain<SpatialBody>&, std::size_t, const Rigid3&, double);
+template bool fits(const Chain<PlanarBody>&, std::size_t, const PlanarPose&, double);
 
 }  // namespace occ::internal::smooth

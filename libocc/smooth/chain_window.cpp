@@ -35,6 +35,29 @@ Block pseudo_inverse(const Block& a) {
   return out;
 }
 
+/// Errors that reach the next pose, each once; of too many, the first become independent.
+template <int size>
+CommonErrors<size> limited(const CommonErrors<size>& errors) {
+  constexpr Eigen::Index max_errors = 192;  // positions of sixty points
+  CommonErrors<size> merged;
+  merged.counted = errors.counted;
+  for (std::size_t j = 0; j < errors.numbers.size(); ++j) {
+    const auto column = errors.columns.col(static_cast<Eigen::Index>(j));
+    const auto known = std::find(merged.numbers.begin(), merged.numbers.end(), errors.numbers[j]);
+    if (known != merged.numbers.end())
+      merged.columns.col(known - merged.numbers.begin()) += column;
+    else
+      merged.append({errors.numbers[j]}, column);
+  }
+  const Eigen::Index excess = merged.columns.cols() - max_errors;
+  if (excess <= 0) return merged;
+  const auto dropped = merged.columns.leftCols(excess);
+  merged.counted -= dropped * dropped.transpose();
+  merged.columns = merged.columns.rightCols(max_errors).eval();
+  merged.numbers.erase(merged.numbers.begin(), merged.numbers.begin() + excess);
+  return merged;
+}
+
 template <class Body>
 std::size_t position_of(const std::vector<Node<Body>>& nodes, double time_s) {
   const auto place =
@@ -84,6 +107,7 @@ typename ChainWindow<Body>::Estimate ChainWindow<Body>::add(
     if (!before) {
       if (fresh) insert_node(branch, k, time_s);
       put(chain.nodes[k]);
+      if (options_.smoothing.clock_sigma_s > 0) chain.set_velocities();
       settled = settled && is_settled(branch, k);
       if (chain.nodes.size() > static_cast<std::size_t>(options_.poses)) {
         forget_oldest(branch);
@@ -179,7 +203,11 @@ void ChainWindow<Body>::forget_oldest(Branch& branch) const {
     const typename Body::Block carried = normals.coupling[0].transpose() * inverse;
     const typename Body::Block information = normals.to[0] - carried * normals.coupling[0];
     const typename Body::Part gradient = normals.gradient[1] - carried * normals.gradient[0];
-    const auto prior = quadratic<Pose, Body::size>(poses[1], information, gradient);
+    auto prior = quadratic<Pose, Body::size>(poses[1], information, gradient);
+    if (chain.has_errors()) {
+      const typename Body::Block d_pose = -carried.transpose();
+      prior.errors = limited(chain.errors_at(0, poses[0]).mapped(d_pose));
+    }
     cost -= 0.5 * normals.gradient[0].dot(inverse * normals.gradient[0]) +
             0.5 * (prior.root * prior.offset).squaredNorm();
     chain.nodes[1].priors.push_back(prior);
@@ -226,7 +254,7 @@ void ChainWindow<Body>::update(Branch branch, std::size_t k, bool settled,
   solve(branch);
   const ChainMinimum<Body>& m = branch.minimum;
   if (contradictions(branch) > contradictions(given) ||
-      !fits(body_, m.chain.nodes[k], m.solution.poses[k], near_sigmas))
+      !fits(m.chain, k, m.solution.poses[k], near_sigmas))
     return search(given, k, found);
   found.push_back(std::move(branch));
 }

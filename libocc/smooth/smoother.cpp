@@ -29,6 +29,7 @@ void SmootherFrame::validate() const {
             seen.point_in_world.transpose(), "finite");
     require(seen.px.allFinite(), name + ".px", seen.px.transpose(), "finite");
     internal::core::require_positive_definite(seen.covariance_px2, name + ".covariance_px2");
+    internal::core::require_semidefinite(seen.point_covariance_m2, name + ".point_covariance_m2");
   }
 }
 
@@ -40,6 +41,10 @@ void SmootherOptions::validate() const {
           min_odometry_sigma_m, "at least 0");
   require(min_odometry_sigma_rad >= 0 && std::isfinite(min_odometry_sigma_rad),
           "min_odometry_sigma_rad", min_odometry_sigma_rad, "at least 0");
+  for (const auto& [name, value] :
+       {std::pair{"mount_sigma_rad", mount_sigma_rad}, std::pair{"mount_sigma_m", mount_sigma_m},
+        std::pair{"clock_sigma_s", clock_sigma_s}})
+    require(value >= 0 && std::isfinite(value), name, value, "at least 0");
   require(walk_m > 0, "walk_m", walk_m, "positive");
   require(walk_rad > 0, "walk_rad", walk_rad, "positive");
   require(max_iterations > 0, "max_iterations", max_iterations, "positive");
@@ -113,19 +118,18 @@ Chain<Body> chain_of(const Body& body, const Input& input, std::vector<double> t
   Chain<Body> chain;
   chain.body = body;
   add_nodes(chain, std::move(times));
-  for (const auto& frame : input.frames) node_at(chain, frame.time_s).views.emplace_back(frame);
-  for (const auto& seen : input.observations) {
-    const PoseObservation of_body = seen.of_body();
-    node_at(chain, seen.time_s)
-        .readings.push_back(
-            quadratic<Rigid3, 6>(of_body.cam_from_world, of_body.information, of_body.gradient));
-  }
+  ErrorNumbers numbers;
+  for (const auto& frame : input.frames)
+    node_at(chain, frame.time_s).views.emplace_back(frame, options, numbers);
+  for (const auto& seen : input.observations)
+    node_at(chain, seen.time_s).readings.push_back(reading_of(seen, numbers));
   for (std::size_t k = 0; k + 1 < chain.nodes.size(); ++k) {
     const double from_s = chain.nodes[k].time_s, to_s = chain.nodes[k + 1].time_s;
     const auto step = pieces.between(from_s, to_s);
     chain.links.push_back(step ? made_link<Body>(*step, from_s, to_s, true, options)
                                : walk_link<Body>(from_s, to_s, options));
   }
+  if (options.clock_sigma_s > 0) chain.set_velocities();
   return chain;
 }
 

@@ -27,6 +27,13 @@
 // step are tried. If neither odometry nor `walk` links two consecutive poses, the
 // motion between is unconstrained and the parts before and after are independent.
 //
+// Systematic errors: positions of points (`point_covariance_m2`), parameters of cameras
+// (Camera::with_parameter_sigmas), mountings and clock (SmootherOptions), and those of a
+// PoseObservation. Sightings of one point_in_world have one error, as have images of equal cameras
+// and equal mountings. Each frame takes the most likely values of its errors, as if they were
+// independent of those of other frames; the covariances contain that they are the same, so that
+// they do not average away (consider parameters; Schmidt, Advances in Control Systems 3, 1966).
+//
 // Domain: a sighting whose point is outside the camera's domain at the estimated pose is ignored
 // and counted.
 #pragma once
@@ -51,6 +58,8 @@ struct PointSighting {
   Eigen::Vector3d point_in_world = Eigen::Vector3d::Zero();  ///< known position [m]
   Eigen::Vector2d px = Eigen::Vector2d::Zero();              ///< measured position in the image
   Eigen::Matrix2d covariance_px2 = 0.09 * Eigen::Matrix2d::Identity();  ///< 0.3 px, each axis
+  /// Covariance of point_in_world [m^2], an error of the map; zero: exact.
+  Eigen::Matrix3d point_covariance_m2 = Eigen::Matrix3d::Zero();
 };
 
 /// Sightings of one camera at one time. Several frames may have the same time, e.g. of several
@@ -79,6 +88,12 @@ struct LIBOCC_API SmootherOptions {
   /// the square root of time. Infinite: no constraint.
   double walk_m = std::numeric_limits<double>::infinity();
   double walk_rad = std::numeric_limits<double>::infinity();  ///< see walk_m
+  /// Standard deviations of the errors of each camera's mounting, about and along each axis of the
+  /// camera.
+  double mount_sigma_rad = 0, mount_sigma_m = 0;
+  /// Standard deviation of the images' times against those of odometry, without which it has no
+  /// effect.
+  double clock_sigma_s = 0;
   int max_iterations = 60;  ///< maximum for each round of gating; about ten are usual
 
   void validate() const;  ///< throws std::invalid_argument naming the field and its value

@@ -16,17 +16,15 @@ namespace {
 template <class Body>
 auto with_frame(ChainWindow<Body>& window, const SmootherFrame& frame) {
   frame.validate();
-  return window.add(frame.time_s, [&](Node<Body>& node) { node.views.emplace_back(frame); });
+  const View view(frame, window.options(), window.numbers());
+  return window.add(frame.time_s, [&](Node<Body>& node) { node.views.push_back(view); });
 }
 
 template <class Body>
 auto with_observation(ChainWindow<Body>& window, const PoseObservation& seen) {
   seen.validate();
-  const PoseObservation body = seen.of_body();
-  return window.add(seen.time_s, [&](Node<Body>& node) {
-    node.readings.push_back(
-        quadratic<Rigid3, 6>(body.cam_from_world, body.information, body.gradient));
-  });
+  const auto reading = reading_of(seen, window.numbers());
+  return window.add(seen.time_s, [&](Node<Body>& node) { node.readings.push_back(reading); });
 }
 
 PlanarBody at_height(double height_m) {

@@ -4,6 +4,7 @@
 #include "libocc/smooth/smoother.hpp"
 
 #include <algorithm>
+#include <variant>
 
 #include "fields.hpp"
 #include "libocc/core/require.hpp"
@@ -53,7 +54,9 @@ void define_frame(py::module_& m) {
 
 Keywords: time_s: time [s]; camera: Camera; points_in_world_m: (n, 3), identified points; points_px:
   (n, 2), their pixels; sigma_px: standard deviation of each pixel coordinate; covariances_px2:
-  (n, 2, 2), replaces sigma_px; cam_from_body: 4x4, mounting of the camera.
+  (n, 2, 2), replaces sigma_px; points_sigma_m: standard deviation of each coordinate of the points,
+  one number or (n, 3); 0: exact; cam_from_body: 4x4, mounting of the camera.
+Images of the same points, of equal cameras and of equal mountings have the same errors of them.
 A frame without points requests the pose at its time. Several frames may have the same time, such as
 those of several cameras.
 Raises: ValueError for counts that differ, numbers that are not finite, or a sigma that is not
@@ -61,7 +64,9 @@ Raises: ValueError for counts that differ, numbers that are not finite, or a sig
       .def(py::init([](double time_s, const Camera& camera,
                        const std::optional<Rows3>& points_in_world_m,
                        const std::optional<Rows2>& points_px, double sigma_px,
-                       const std::optional<Numbers>& covariances_px2, const Rigid3& cam_from_body) {
+                       const std::optional<Numbers>& covariances_px2,
+                       const std::variant<double, Eigen::MatrixX3d>& points_sigma_m,
+                       const Rigid3& cam_from_body) {
              SmootherFrame frame;
              frame.time_s = time_s;
              frame.camera = camera;
@@ -76,6 +81,16 @@ Raises: ValueError for counts that differ, numbers that are not finite, or a sig
                        "covariances_px2", covariances_px2->size(),
                        "of shape (" + std::to_string(count) + ", 2, 2)");
              require(sigma_px > 0, "sigma_px", sigma_px, "positive");
+             const auto* each_sigma = std::get_if<Eigen::MatrixX3d>(&points_sigma_m);
+             if (each_sigma != nullptr)
+               require(each_sigma->rows() == count, "points_sigma_m", each_sigma->rows(),
+                       "one number or as many rows as points_in_world_m, " + std::to_string(count));
+             const Eigen::MatrixX3d sigmas_m =
+                 each_sigma != nullptr
+                     ? *each_sigma
+                     : Eigen::MatrixX3d::Constant(count, 3, std::get<double>(points_sigma_m));
+             for (const double sigma : sigmas_m.reshaped())
+               require(sigma >= 0, "points_sigma_m", sigma, "at least 0");
              for (Eigen::Index i = 0; i < count; ++i) {
                PointSighting seen;
                seen.point_in_world = points_in_world_m->row(i);
@@ -85,6 +100,7 @@ Raises: ValueError for counts that differ, numbers that are not finite, or a sig
                  const auto all = covariances_px2->unchecked<3>();
                  seen.covariance_px2 << all(i, 0, 0), all(i, 0, 1), all(i, 1, 0), all(i, 1, 1);
                }
+               seen.point_covariance_m2.diagonal() = sigmas_m.row(i).cwiseAbs2();
                frame.sightings.push_back(seen);
              }
              frame.validate();
@@ -96,7 +112,7 @@ Raises: ValueError for counts that differ, numbers that are not finite, or a sig
                      "cy_px=239.5)"),
            py::arg("points_in_world_m") = py::none(), py::arg("points_px") = py::none(),
            py::arg("sigma_px") = 0.3, py::arg("covariances_px2") = py::none(),
-           py::arg_v("cam_from_body", Rigid3{}, "numpy.eye(4)"))
+           py::arg("points_sigma_m") = 0.0, py::arg_v("cam_from_body", Rigid3{}, "numpy.eye(4)"))
       .def_readonly("time_s", &SmootherFrame::time_s, "Time [s].")
       .def_readonly("camera", &SmootherFrame::camera, "Camera.")
       .def_readonly("cam_from_body", &SmootherFrame::cam_from_body, "Mounting of the camera, 4x4.")
@@ -286,6 +302,12 @@ auto smoother_fields() {
             "sqrt(time) [m]; inf: no constraint"),
       field("walk_rad", &O::walk_rad,
             "random walk without odometry: rotation sigma after one second [rad]"),
+      field("mount_sigma_rad", &O::mount_sigma_rad,
+            "sigma of each camera's mounting about its axes [rad]"),
+      field("mount_sigma_m", &O::mount_sigma_m,
+            "sigma of each camera's mounting along its axes [m]"),
+      field("clock_sigma_s", &O::clock_sigma_s,
+            "sigma of the images' times against those of odometry [s]"),
       field("max_iterations", &O::max_iterations,
             "maximum number of steps in each round of gating"));
 }

@@ -161,6 +161,33 @@ def test_window_sees_all_frames_as_the_batch_does():
     np.testing.assert_allclose(now.covariance, batch.covariances[-1], rtol=1e-5, atol=1e-12)
 
 
+@pytest.mark.parametrize("sigma_m", [0.01, np.full((5, 3), 0.01)])
+def test_errors_of_points_do_not_average_away(sigma_m):
+    pose = planar_truth(1)[0].body_from_world(HEIGHT_M)
+    in_cam = LAMPS_M @ pose[:3, :3].T + pose[:3, 3]
+
+    def position_sigma_m(images, **stated):
+        frame = occ.smoothing.SmootherFrame(time_s=0, camera=CAMERA, points_in_world_m=LAMPS_M,
+                                  points_px=420 * in_cam[:, :2] / in_cam[:, 2:] + [319.5, 239.5], **stated)
+        return np.sqrt(np.trace(occ.smoothing.smooth([frame] * images).position_covariances_m2[0]))
+
+    assert position_sigma_m(100) == pytest.approx(position_sigma_m(1) / 10, rel=1e-3)
+    assert position_sigma_m(1, points_sigma_m=sigma_m) > 3 * position_sigma_m(1)
+    assert position_sigma_m(100, points_sigma_m=sigma_m) == pytest.approx(
+        position_sigma_m(1, points_sigma_m=sigma_m), rel=0.05)
+
+
+def test_mount_and_clock_are_stated_in_the_options():
+    frames, odometry, _ = spatial_drive(20)
+    sigma = {}
+    for name, options in {"exact": {}, "mount": {"mount_sigma_m": 0.02}, "clock": {"clock_sigma_s": 0.05}}.items():
+        found = occ.smoothing.smooth(frames, odometry, **options)
+        assert found.ok, found.message
+        sigma[name] = np.sqrt(np.trace(found.position_covariances_m2[10]))
+    assert sigma["mount"] == pytest.approx(0.02 * np.sqrt(3), rel=0.05)
+    assert sigma["clock"] == pytest.approx(0.05 * 0.5, rel=0.4)  # at half a metre per second
+
+
 def test_bad_input():
     frames, odometry, _ = spatial_drive(3)
     with pytest.raises(ValueError, match=r"frames\[1\].time_s must be no earlier"):
@@ -171,6 +198,13 @@ def test_bad_input():
         occ.smoothing.SmootherFrame(time_s=0, points_in_world_m=LAMPS_M, points_px=np.full((5, 2), np.nan))
     with pytest.raises(ValueError, match="sigma_px must be positive"):
         occ.smoothing.SmootherFrame(time_s=0, sigma_px=0)
+    with pytest.raises(ValueError, match="points_sigma_m must be at least 0, got -1"):
+        occ.smoothing.SmootherFrame(time_s=0, points_in_world_m=LAMPS_M, points_px=np.zeros((5, 2)), points_sigma_m=-1)
+    with pytest.raises(ValueError, match="points_sigma_m must be one number or as many rows as points_in_world_m, 5"):
+        occ.smoothing.SmootherFrame(time_s=0, points_in_world_m=LAMPS_M, points_px=np.zeros((5, 2)),
+                          points_sigma_m=np.ones((2, 3)))
+    with pytest.raises(ValueError, match="clock_sigma_s must be at least 0"):
+        occ.smoothing.smooth(frames, odometry, clock_sigma_s=-1)
     with pytest.raises(ValueError, match=r"covariances_px2 must be of shape \(5, 2, 2\)"):
         occ.smoothing.SmootherFrame(time_s=0, points_in_world_m=LAMPS_M, points_px=np.zeros((5, 2)),
                           covariances_px2=np.zeros((5, 2)))

@@ -70,6 +70,16 @@ inline Drive published_drive(std::uint64_t seed, int poses = 80) {
   return drive;
 }
 
+/// Pose of the body of room_drive() after a number of periods.
+inline Rigid3 room_pose(double periods) {
+  const double angle = 0.15 * periods;
+  const Eigen::Vector3d place(2 + 0.4 * std::cos(angle), 2 + 0.3 * std::sin(angle),
+                              0.4 + 0.05 * std::sin(3 * angle));
+  const Eigen::Matrix3d rotation =
+      so3_exp({0.05 * std::sin(angle), 0.04 * std::cos(angle), 0}) * so3_exp({0, 0, -angle});
+  return {rotation, -(rotation * place)};
+}
+
 /// A body that drives through the room of six lamps with a camera mounted at an angle; without
 /// noise when sigma_px is 0 (the sigmas are then those of 0.3 px).
 inline Drive room_drive(std::uint64_t seed, int poses, double noise = 1) {
@@ -80,12 +90,7 @@ inline Drive room_drive(std::uint64_t seed, int poses, double noise = 1) {
   Drive drive;
   Random* noisy = noise > 0 ? &random : nullptr;
   for (int k = 0; k < poses; ++k) {
-    const double angle = 0.15 * k;
-    const Eigen::Vector3d place(2 + 0.4 * std::cos(angle), 2 + 0.3 * std::sin(angle),
-                                0.4 + 0.05 * std::sin(3 * angle));
-    const Eigen::Matrix3d rotation =
-        so3_exp({0.05 * std::sin(angle), 0.04 * std::cos(angle), 0}) * so3_exp({0, 0, -angle});
-    const Rigid3 pose{rotation, -(rotation * place)};
+    const Rigid3 pose = room_pose(k);
     SmootherFrame frame;
     frame.time_s = period_s * k;
     frame.camera = scene.camera;

@@ -15,10 +15,12 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cstddef>
+#include <map>
 #include <vector>
 
 #include "libocc/core/abi.hpp"
 #include "libocc/core/internal/dense.hpp"
+#include "libocc/smooth/internal/common_errors.hpp"
 
 namespace occ::internal::smooth {
 
@@ -111,36 +113,122 @@ Block message(const Block& known, const Block& there, const Block& here, const B
   return here - half.transpose() * half;
 }
 
-/// Blocks of H^-1. `linked[k]`: true if a link joins poses k and k + 1.
+/// Information about each pose from the earlier poses, M_k, and from the later ones, M'_k.
+template <int size>
+struct ChainMessages {
+  std::vector<typename ChainNormals<size>::Block> before, behind;
+};
+
+/// `linked[k]`: true if a link joins poses k and k + 1.
+template <int size>
+ChainMessages<size> messages(const ChainNormals<size>& normals, const std::vector<bool>& linked) {
+  using Block = typename ChainNormals<size>::Block;
+  const std::size_t count = normals.own.size();
+  ChainMessages<size> out;
+  out.before.assign(count, Block::Zero());
+  out.behind = out.before;
+  for (std::size_t k = 0; k + 1 < count; ++k)
+    if (linked[k])
+      out.before[k + 1] = message<Block>(normals.own[k] + out.before[k], normals.from[k],
+                                         normals.to[k], normals.coupling[k]);
+  for (std::size_t k = count; k-- > 1;)
+    if (linked[k - 1])
+      out.behind[k - 1] = message<Block>(normals.own[k] + out.behind[k], normals.to[k - 1],
+                                         normals.from[k - 1], normals.coupling[k - 1].transpose());
+  return out;
+}
+
+/// Blocks of H^-1.
 template <int size>
 ChainCovariance<size> covariance(const ChainNormals<size>& normals,
                                  const std::vector<bool>& linked) {
   using Block = typename ChainNormals<size>::Block;
   const std::size_t count = normals.own.size();
+  const auto [before, behind] = messages(normals, linked);
   ChainCovariance<size> out;
   out.diagonal.assign(count, Block::Zero());
   out.coupling.assign(normals.from.size(), Block::Zero());
   out.determined.assign(count, false);
-  std::vector<Block> before(count, Block::Zero()), behind(count, Block::Zero());
-  for (std::size_t k = 0; k + 1 < count; ++k)
-    if (linked[k])
-      before[k + 1] = message<Block>(normals.own[k] + before[k], normals.from[k], normals.to[k],
-                                     normals.coupling[k]);
-  for (std::size_t k = count; k-- > 0;) {
+  for (std::size_t k = 0; k < count; ++k) {
     const Block information = normals.own[k] + before[k] + behind[k];
     out.determined[k] = well_determined<Block>(information, normals.diagonal(k));
     if (out.determined[k]) {
       out.diagonal[k] = core::solve_llt<Block, Block>(information, Block::Identity());
       out.diagonal[k] = (0.5 * (out.diagonal[k] + out.diagonal[k].transpose())).eval();
     }
-    if (k > 0 && linked[k - 1])
-      behind[k - 1] = message<Block>(normals.own[k] + behind[k], normals.to[k - 1],
-                                     normals.from[k - 1], normals.coupling[k - 1].transpose());
   }
   for (std::size_t k = 0; k + 1 < count; ++k) {
     if (!linked[k] || !out.determined[k] || !out.determined[k + 1]) continue;
     const Block pivot = normals.own[k] + before[k] + normals.from[k];
     out.coupling[k] = -core::solve_llt(pivot, normals.coupling[k]) * out.diagonal[k + 1];
+  }
+  return out;
+}
+
+/// Covariance of each pose with common errors, see common_errors.hpp; `independent` is that of
+/// covariance(). The gradient at a pose and that which reaches it from others add up as the
+/// information does.
+template <int size>
+std::vector<typename ChainNormals<size>::Block> with_common_errors(
+    const ChainNormals<size>& normals, const std::vector<bool>& linked,
+    const std::vector<CommonErrors<size>>& errors, const ChainCovariance<size>& independent) {
+  using Block = typename ChainNormals<size>::Block;
+  const std::size_t count = normals.own.size();
+  std::map<int, Eigen::Index> columns;
+  for (const auto& some : errors)
+    for (const int number : some.numbers)
+      columns.emplace(number, static_cast<Eigen::Index>(columns.size()));
+  struct Gradient {
+    Eigen::Matrix<double, size, Eigen::Dynamic> by_errors;
+    Block counted;
+    Gradient& operator+=(const Gradient& other) {
+      by_errors += other.by_errors;
+      counted += other.counted;
+      return *this;
+    }
+  };
+  const auto own = [&](std::size_t k) {
+    Gradient out{Eigen::MatrixXd::Zero(size, static_cast<Eigen::Index>(columns.size())),
+                 errors[k].counted};
+    for (std::size_t j = 0; j < errors[k].numbers.size(); ++j)
+      out.by_errors.col(columns.at(errors[k].numbers[j])) +=
+          errors[k].columns.col(static_cast<Eigen::Index>(j));
+    return out;
+  };
+  // The gradient that reaches a pose if that at the other end of a link is eliminated.
+  const auto carried = [](const Gradient& there, const Block& pivot, const Block& coupling) {
+    Gradient out{Eigen::MatrixXd::Zero(size, there.by_errors.cols()), Block::Zero()};
+    if (!well_determined(pivot, pivot)) return out;
+    const Block carry = -core::solve_llt(pivot, coupling).transpose();
+    out.by_errors = carry * there.by_errors;
+    out.counted = carry * there.counted * carry.transpose();
+    return out;
+  };
+  const auto [before, behind] = messages(normals, linked);
+  std::vector<Gradient> sums;
+  for (std::size_t k = 0; k < count; ++k) {
+    sums.push_back(own(k));
+    if (k > 0 && linked[k - 1])
+      sums[k] += carried(sums[k - 1], normals.own[k - 1] + before[k - 1] + normals.from[k - 1],
+                         normals.coupling[k - 1]);
+  }
+  std::vector<Block> out(count, Block::Zero());
+  Gradient later = own(count - 1);  // of pose k and all after it
+  for (std::size_t k = count; k-- > 0;) {
+    if (k + 1 < count) {
+      Gradient next{Eigen::MatrixXd::Zero(size, later.by_errors.cols()), Block::Zero()};
+      if (linked[k])
+        next = carried(later, normals.own[k + 1] + behind[k + 1] + normals.to[k],
+                       normals.coupling[k].transpose());
+      sums[k] += next;
+      later = own(k);
+      later += next;
+    }
+    if (!independent.determined[k]) continue;
+    const Block& p = independent.diagonal[k];
+    const Eigen::Matrix<double, size, Eigen::Dynamic> shifts = p * sums[k].by_errors;
+    const Block sum = p + shifts * shifts.transpose() - p * sums[k].counted * p;
+    out[k] = 0.5 * (sum + sum.transpose());
   }
   return out;
 }

@@ -6,12 +6,12 @@
 #include <Eigen/Core>
 #include <cstddef>
 #include <limits>
-#include <optional>
 #include <vector>
 
 #include "libocc/core/abi.hpp"
 #include "libocc/smooth/internal/chain_body.hpp"
 #include "libocc/smooth/internal/chain_normals.hpp"
+#include "libocc/smooth/internal/view.hpp"
 #include "libocc/smooth/smoother.hpp"
 
 namespace occ::internal::smooth {
@@ -23,6 +23,7 @@ struct Quadratic {
   Pose about;
   Eigen::Matrix<double, Eigen::Dynamic, size, 0, size, size> root;
   Eigen::Matrix<double, size, 1> offset;
+  CommonErrors<size> errors = {};
 };
 
 /// The term gradient . delta + 1/2 delta . information delta, without its constant. Directions
@@ -31,16 +32,6 @@ template <class Pose, int size>
 Quadratic<Pose, size> quadratic(const Pose& about,
                                 const Eigen::Matrix<double, size, size>& information,
                                 const Eigen::Matrix<double, size, 1>& gradient);
-
-/// Sightings of one frame.
-struct View {
-  SmootherFrame frame;
-  std::vector<Eigen::Matrix2d> root;  ///< L^-1 of each sighting's covariance L L^T
-  std::vector<bool> aside;            ///< outside the camera's domain at the current pose
-  Matrix6 d_body;                     ///< adjoint(cam_from_body)
-
-  explicit View(const SmootherFrame& seen);
-};
 
 template <class Body>
 struct Node {
@@ -90,6 +81,11 @@ struct Chain {
   /// Marks the sightings outside the domain at these poses as aside; returns true if any mark
   /// changed.
   bool set_aside(const std::vector<Pose>& poses);
+  /// Common errors in the gradient by pose k.
+  CommonErrors<Body::size> errors_at(std::size_t k, const Pose& pose) const;
+  bool has_errors() const;
+  /// Sets the velocities of all views from odometry; zero where there is none.
+  void set_velocities();
   std::vector<bool> linked() const;
   int rows() const;  ///< number of residuals, without those aside
 
@@ -100,10 +96,8 @@ struct Chain {
   }
 };
 
-/// Residual of a sighting in sigmas; empty outside the camera's domain.
-std::optional<Eigen::Vector2d> sighting_residual(const View& view, std::size_t i,
-                                                 const Rigid3& body_from_world,
-                                                 Eigen::Matrix<double, 2, 6>* d_body = nullptr);
+/// An observation of a camera's pose as a term of the body's.
+Quadratic<Rigid3, 6> reading_of(const PoseObservation& seen, ErrorNumbers& numbers);
 
 template <class Body>
 Link<Body> made_link(const typename Body::Step& step, double from_s, double to_s, bool odometry,

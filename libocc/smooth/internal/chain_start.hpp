@@ -22,6 +22,6 @@ std::vector<typename Body::Pose> poses_together(const Chain<Body>& chain, std::s
 
 /// True if the root mean square of the node's residuals at this pose is below `sigmas`.
 template <class Body>
-bool fits(const Body& body, const Node<Body>& node, const typename Body::Pose& pose, double sigmas);
+bool fits(const Chain<Body>& chain, std::size_t k, const typename Body::Pose& pose, double sigmas);
 
 }  // namespace occ::internal::smooth

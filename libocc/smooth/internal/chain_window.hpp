@@ -29,6 +29,8 @@ class ChainWindow {
   bool add_odometry(const typename Body::Piece& piece);
   /// Adds observations to the node of this time, which is created if needed, and solves.
   Estimate add(double time_s, const std::function<void(Node<Body>&)>& put);
+  const SmootherOptions& options() const { return options_.smoothing; }
+  ErrorNumbers& numbers() { return numbers_; }
   void restart();
 
  private:
@@ -57,6 +59,7 @@ class ChainWindow {
   WindowOptions options_;
   std::vector<Branch> branches_;  // best first; empty without poses
   OdometryPieces<Body> pieces_{true};
+  ErrorNumbers numbers_;
 };
 
 }  // namespace occ::internal::smooth
