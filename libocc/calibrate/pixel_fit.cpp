@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "libocc/calibrate/internal/pixel_fit.hpp"
 
-#include <Eigen/Dense>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
+#include "libocc/core/internal/dense.hpp"
 #include "libocc/core/internal/least_squares.hpp"
 #include "libocc/core/internal/robust_loss.hpp"
 #include "libocc/core/math.hpp"
@@ -163,7 +164,7 @@ BodyFit fit_body(const Matrix3Xd& corners, const std::vector<BodyView>& views, c
   problem.sums(step, sums);
   fit.chi2 = sums.chi2;
   if (scale_free) {
-    const double variance = sums.information.inverse()(6, 6);
+    const double variance = core::inverse<Eigen::MatrixXd>(sums.information)(6, 6);
     if (variance > 0 && std::isfinite(variance)) fit.scale_sigma = fit.scale * std::sqrt(variance);
   }
   return fit;

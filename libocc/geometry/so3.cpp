@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "libocc/core/internal/dense.hpp"
+#include "libocc/geometry/internal/shortest_quaternion.hpp"
 
 namespace occ {
 
@@ -61,7 +62,7 @@ Eigen::Matrix3d so3_left_jacobian(const Eigen::Vector3d& rotation_rad) {
 }
 
 Eigen::Matrix3d shortest_rotation(const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
-  return Eigen::Quaterniond::FromTwoVectors(from, to).toRotationMatrix();
+  return internal::geometry::shortest_quaternion(from, to).toRotationMatrix();
 }
 
 Eigen::Matrix3d nearest_rotation(const Eigen::Matrix3d& m) {

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "libocc/guide/internal/loop_metrics.hpp"
 
-#include <Eigen/Cholesky>
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <vector>
 
+#include "libocc/core/internal/dense.hpp"
 #include "libocc/core/statistics.hpp"
 
 namespace occ::internal::guide {
@@ -61,9 +62,9 @@ void add_estimates(const LoopResult& result, double dt_s, LoopMetrics& metrics) 
     if (std::isfinite(level_m)) levels_m.push_back(level_m);
     metrics.misleading_s += error.head<2>().norm() > level_m ? dt_s : 0;
     heading.add(error.z());
-    const Eigen::LLT<Eigen::Matrix3d> root(record.estimate.covariance);
-    if (root.info() != Eigen::Success) continue;
-    nees += error.dot(root.solve(error));
+    const core::Cholesky<Eigen::Matrix3d> cholesky(record.estimate.covariance);
+    if (!cholesky.exists()) continue;
+    nees += error.dot(cholesky.solve(error));
     variance_m2 += record.estimate.covariance.topLeftCorner<2, 2>().trace();
     ++counted;
   }

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "libocc/guide/internal/route_shape.hpp"
 
-#include <Eigen/Dense>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 
+#include "libocc/core/internal/dense.hpp"
 #include "libocc/core/math.hpp"
 #include "libocc/core/require.hpp"
 
@@ -116,7 +117,9 @@ Eigen::MatrixX2d second_derivatives(const std::vector<Eigen::Vector2d>& points,
         ((points[at(after)] - points[at(i)]) / h1 - (points[at(i)] - points[at(before)]) / h0)
             .transpose();
   }
-  return system.partialPivLu().solve(right);
+  Eigen::MatrixX2d slopes(n, 2);
+  for (const int axis : {0, 1}) slopes.col(axis) = core::solve_lu(system, right.col(axis));
+  return slopes;
 }
 
 /// One span of the spline.

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "libocc/landmarks/internal/tag_corners.hpp"
 
-#include <Eigen/Dense>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <optional>
 #include <vector>
 
+#include "libocc/core/internal/dense.hpp"
 #include "libocc/landmarks/internal/grey_image.hpp"
 
 namespace occ::internal::landmarks {
@@ -164,7 +165,7 @@ class Pair {
       information += select.transpose() * sums * select;
       gradient += select.transpose() * across;
     }
-    cofactors_ = information.inverse();
+    cofactors_ = core::inverse(information);
     const Vector6 found = cofactors_ * gradient;
     for (const int k : {0, 1}) {
       Side& side = *sides_[k];

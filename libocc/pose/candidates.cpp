@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "libocc/pose/candidates.hpp"
 
-#include <Eigen/Dense>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -249,7 +249,7 @@ double pose_condition(const PoseProblem& problem, const Rigid3& cam_from_world) 
   const double distance = pose.translation.norm();
   pose_by_step.bottomLeftCorner<3, 3>() = skew(pose.translation) / distance;
   pose_by_step.bottomRightCorner<3, 3>() /= distance;
-  const Matrix6 step_by_pose = pose_by_step.inverse();
+  const Matrix6 step_by_pose = internal::core::inverse(pose_by_step);
   const Matrix6 scaled = step_by_pose.transpose() * information * step_by_pose;
   const double smallest =
       internal::core::symmetric_eigen<Matrix6>(scaled, Eigen::EigenvaluesOnly).eigenvalues()[0];

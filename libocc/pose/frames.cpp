@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "libocc/pose/internal/frames.hpp"
 
+#include "libocc/geometry/internal/shortest_quaternion.hpp"
+
 namespace occ::internal::pose {
 namespace {
 
@@ -21,7 +23,7 @@ std::optional<PinholeFrame> pinhole_frame(const PoseProblem& problem) {
   const Eigen::Vector3d mean = problem.bearings.rowwise().mean();
   PinholeFrame frame;
   frame.turned_from_cam = (Eigen::AngleAxisd(roll_rad, Eigen::Vector3d::UnitZ()) *
-                           Eigen::Quaterniond::FromTwoVectors(mean, Eigen::Vector3d::UnitZ()))
+                           geometry::shortest_quaternion(mean, Eigen::Vector3d::UnitZ()))
                               .toRotationMatrix();
   const Eigen::Matrix3Xd turned = frame.turned_from_cam * problem.bearings;
   if (!turned.allFinite() || !(turned.row(2).minCoeff() >= min_z)) return std::nullopt;

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "libocc/pose/internal/plane_starts.hpp"
 
-#include <Eigen/Dense>
-
+#include "libocc/geometry/so3.hpp"
 #include "libocc/pose/candidates.hpp"
 #include "libocc/pose/internal/missing_method.hpp"
 #include "libocc/pose/internal/point_layout.hpp"
@@ -29,8 +28,7 @@ Rigid3 reflected_pose(const PoseProblem& problem, const Rigid3& cam_from_world) 
   const Eigen::Vector3d normal = cam_from_world.rotation * layout.axes.col(2);
   const Eigen::Vector3d reflected = 2 * view.dot(normal) * view - normal;
   Rigid3 pose;
-  pose.rotation = Eigen::Quaterniond::FromTwoVectors(normal, reflected).toRotationMatrix() *
-                  cam_from_world.rotation;
+  pose.rotation = shortest_rotation(normal, reflected) * cam_from_world.rotation;
   pose.translation = centre - pose.rotation * layout.centroid;
   return pose;
 }

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "libocc/core/internal/covariance.hpp"
+#include "libocc/core/internal/dense.hpp"
 #include "libocc/core/require.hpp"
 #include "libocc/core/statistics.hpp"
 #include "libocc/geometry/motion.hpp"
@@ -89,7 +90,7 @@ class PoseModel {
     const Vector6 left = off + corrected.step().head<6>();
     correct(state, perturb(observed, left), corrected.step());
     state.root.topRows<6>() = corrected.rows();
-    state.root.topLeftCorner<6, 6>() *= d_difference(left).inverse().transpose();
+    state.root.topLeftCorner<6, 6>() *= internal::core::inverse(d_difference(left)).transpose();
     return update;
   }
 
@@ -112,7 +113,7 @@ class PoseModel {
     if (!update.accepted()) return update;
     const Vector6 left = off + corrected.step().head<6>();
     correct(state, perturb(observed, left), corrected.step());
-    const Matrix6 back = d_difference(left).inverse().transpose();
+    const Matrix6 back = internal::core::inverse(d_difference(left)).transpose();
     state.root = corrected.root();
     state.root.leftCols<6>() *= back;
     errors.rows = corrected.errors();
