@@ -192,7 +192,7 @@ CommonErrors<Body::size> Chain<Body>::errors_at(std::size_t k, const Pose& pose)
   const Rigid3 spatial = body.body_from_world(pose);
   CommonErrors<6> errors;
   for (const View& view : node.views)
-    if (!view.errors.empty()) errors.add(fitted_errors(view, spatial, sighting_corner).common);
+    if (!view.errors.empty()) errors.add(common_errors_of(view, spatial, sighting_corner));
   for (const auto& reading : node.readings) {
     if (reading.errors.empty()) continue;
     Matrix6 d_pose;

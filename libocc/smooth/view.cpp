@@ -4,6 +4,7 @@
 #include <Eigen/LU>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "libocc/core/internal/covariance.hpp"
 #include "libocc/core/internal/dense.hpp"
@@ -20,9 +21,11 @@ std::vector<double> numbers_in(const MatrixXd& matrix) {
   return {matrix.data(), matrix.data() + matrix.size()};
 }
 
-/// Names a camera by its parameters and their covariance.
+/// Names a camera by its size, its parameters and their covariance.
 std::vector<double> camera_key(const Camera& camera) {
   std::vector<double> key = numbers_in(camera.parameter_covariance());
+  key.push_back(camera.width());
+  key.push_back(camera.height());
   for (const CameraParameter& parameter : camera.parameters()) key.push_back(parameter.value);
   return key;
 }
@@ -77,79 +80,119 @@ class ErrorFit {
         corner_(corner),
         shared_(VectorXd::Zero(static_cast<Eigen::Index>(view.errors.shared_numbers.size()) +
                                (view.errors.clock_sigma_s > 0 ? 6 : 0))),
+        late_(view.errors.clock_sigma_s * view.velocity),
+        late_uncertain_(view.errors.clock_sigma_s * view.velocity_root.transpose()),
         points_(view.root.size(), Eigen::Vector3d::Zero()) {}
 
-  ViewFit run() {
+  /// False if a sighting that is not aside is outside the domain.
+  bool run() {
     constexpr int max_steps = 8;
     constexpr double negligible = 1e-8;  // sigmas; the cost is stationary
     for (int step = 0; step < max_steps; ++step) {
-      if (!linearise()) {
-        ViewFit outside;
-        outside.cost = std::numeric_limits<double>::infinity();
-        outside.residuals.resize(view_.root.size());
-        return outside;
-      }
+      if (!linearise()) return false;
       if (step + 1 == max_steps || !(improve() > negligible)) break;
     }
-    return result();
+    return true;
+  }
+
+  ViewFit result() const {
+    ViewFit out;
+    out.residuals.resize(view_.root.size());
+    out.cost = 0.5 * shared_.squaredNorm();
+    for (const Row& row : rows_) {
+      out.residuals[row.sighting] = row.residual;
+      out.cost += core::huber_loss(row.residual.squaredNorm(), corner_) +
+                  0.5 * points_[row.sighting].squaredNorm();
+      out.gradient += row.huber * row.by_body.transpose() * row.residual;
+      out.information += row.by_body.transpose() * row.weight * row.by_body;
+    }
+    const auto [mixed, solved] = shared_by_body();
+    out.information -= core::product(mixed, solved);
+    out.information = (0.5 * (out.information + out.information.transpose())).eval();
+    return out;
+  }
+
+  CommonErrors<6> common() const {
+    CommonErrors<6> out;
+    const MatrixXd solved = shared_by_body().second;
+    const std::vector<int>& shared = view_.errors.shared_numbers;
+    out.add(shared, solved.topRows(static_cast<Eigen::Index>(shared.size())).transpose());
+    if (view_.errors.point_numbers.empty()) return out;
+    for (const Row& row : rows_) {
+      const Eigen::Matrix<double, 2, 6> follows =
+          row.by_body - core::product(row.by_shared, solved);
+      const auto first =
+          view_.errors.point_numbers.begin() + 3 * static_cast<std::ptrdiff_t>(row.sighting);
+      out.add(std::vector<int>(first, first + 3), follows.transpose() * row.weight * row.by_point);
+    }
+    return out;
   }
 
  private:
   bool linearise() {
-    const ViewErrors& errors = view_.errors;
-    const Eigen::Index camera = errors.camera_root.cols();
-    Vector6 of_mount = Vector6::Zero();
-    Eigen::Index column = camera;
-    for (int i = 0; i < 6; ++i)
-      if (errors.mount_sigmas[i] > 0) of_mount[i] = errors.mount_sigmas[i] * shared_[column++];
-    const Vector6 late = errors.clock_sigma_s * view_.velocity;
-    const Matrix6 uncertain = errors.clock_sigma_s * view_.velocity_root.transpose();
-    Rigid3 cam_from_body = perturb(view_.frame.cam_from_body, of_mount);
-    Rigid3 body = body_;
-    if (errors.clock_sigma_s > 0) {
-      const Vector6 shift = late * shared_[column] + uncertain * shared_.tail<6>();
-      cam_from_body = cam_from_body * perturb(Rigid3{}, shift);
-    }
+    const Rigid3 cam_from_body = displaced_mounting();
     const Matrix6 d_body = adjoint(cam_from_body);
     rows_.clear();
     for (std::size_t i = 0; i < view_.root.size(); ++i) {
       if (view_.aside[i]) continue;
-      const PointSighting& seen = view_.frame.sightings[i];
-      Eigen::Vector3d point = seen.point_in_world;
-      if (!errors.point_roots.empty()) point += errors.point_roots[i].transpose() * points_[i];
-      const Eigen::Vector3d in_cam = cam_from_body * (body * point);
-      Eigen::Matrix<double, 2, 3> d_point;
-      const auto px = view_.frame.camera.project(in_cam, &d_point);
-      if (!px || !px->allFinite()) return false;
-      Row row;
-      row.sighting = i;
-      const Eigen::Matrix<double, 2, 3> whitened = view_.root[i] * d_point;
-      Eigen::Matrix<double, 2, 6> d_cam;
-      d_cam << -whitened * skew(in_cam), whitened;
-      row.by_body = d_cam * d_body;
-      row.by_point.setZero();
-      if (!errors.point_roots.empty())
-        row.by_point =
-            whitened * cam_from_body.rotation * body.rotation * errors.point_roots[i].transpose();
-      row.by_shared.resize(Eigen::NoChange, shared_.size());
-      if (camera > 0) row.by_shared.leftCols(camera) = view_.by_camera[i];
-      column = camera;
-      for (int k = 0; k < 6; ++k)
-        if (errors.mount_sigmas[k] > 0)
-          row.by_shared.col(column++) = errors.mount_sigmas[k] * d_cam.col(k);
-      if (errors.clock_sigma_s > 0) {
-        row.by_shared.col(column) = row.by_body * late;
-        row.by_shared.rightCols<6>() = row.by_body * uncertain;
-      }
-      row.residual = view_.root[i] * view_.frame.camera.difference_px(*px, seen.px);
-      if (camera > 0) row.residual += view_.by_camera[i] * shared_.head(camera);
-      row.huber = core::huber_weight(row.residual.squaredNorm(), corner_);
-      row.weight =
-          (Eigen::Matrix2d::Identity() / row.huber + row.by_point * row.by_point.transpose())
-              .inverse();
-      rows_.push_back(std::move(row));
+      std::optional<Row> row = row_of(i, cam_from_body, d_body);
+      if (!row) return false;
+      rows_.push_back(std::move(*row));
     }
     return true;
+  }
+
+  /// cam_from_body with the errors of mounting and clock.
+  Rigid3 displaced_mounting() const {
+    const ViewErrors& errors = view_.errors;
+    Eigen::Index column = errors.camera_root.cols();
+    Vector6 of_mount = Vector6::Zero();
+    for (int i = 0; i < 6; ++i)
+      if (errors.mount_sigmas[i] > 0) of_mount[i] = errors.mount_sigmas[i] * shared_[column++];
+    const Rigid3 mounting = perturb(view_.frame.cam_from_body, of_mount);
+    if (!(errors.clock_sigma_s > 0)) return mounting;
+    const Vector6 moved = late_ * shared_[column] + late_uncertain_ * shared_.tail<6>();
+    return mounting * perturb(Rigid3{}, moved);
+  }
+
+  std::optional<Row> row_of(std::size_t i, const Rigid3& cam_from_body,
+                            const Matrix6& d_body) const {
+    const ViewErrors& errors = view_.errors;
+    const bool exact_points = errors.point_roots.empty();
+    const PointSighting& seen = view_.frame.sightings[i];
+    Eigen::Vector3d point = seen.point_in_world;
+    if (!exact_points) point += errors.point_roots[i].transpose() * points_[i];
+    const Eigen::Vector3d in_cam = cam_from_body * (body_ * point);
+    Eigen::Matrix<double, 2, 3> d_point;
+    const auto px = view_.frame.camera.project(in_cam, &d_point);
+    if (!px || !px->allFinite()) return std::nullopt;
+    d_point = (view_.root[i] * d_point).eval();
+    Eigen::Matrix<double, 2, 6> d_cam;
+    d_cam << -d_point * skew(in_cam), d_point;
+
+    Row row;
+    row.sighting = i;
+    row.by_body = d_cam * d_body;
+    row.by_point.setZero();
+    if (!exact_points)
+      row.by_point =
+          d_point * cam_from_body.rotation * body_.rotation * errors.point_roots[i].transpose();
+    row.by_shared.resize(Eigen::NoChange, shared_.size());
+    Eigen::Index column = errors.camera_root.cols();
+    row.by_shared.leftCols(column) = view_.by_camera[i];
+    row.residual = view_.root[i] * view_.frame.camera.difference_px(*px, seen.px) +
+                   view_.by_camera[i] * shared_.head(column);
+    for (int k = 0; k < 6; ++k)
+      if (errors.mount_sigmas[k] > 0)
+        row.by_shared.col(column++) = errors.mount_sigmas[k] * d_cam.col(k);
+    if (errors.clock_sigma_s > 0) {
+      row.by_shared.col(column) = row.by_body * late_;
+      row.by_shared.rightCols<6>() = row.by_body * late_uncertain_;
+    }
+    row.huber = core::huber_weight(row.residual.squaredNorm(), corner_);
+    row.weight = (Eigen::Matrix2d::Identity() / row.huber + row.by_point * row.by_point.transpose())
+                     .inverse();
+    return row;
   }
 
   /// Takes a step of the errors and returns its length.
@@ -178,45 +221,26 @@ class ErrorFit {
     return std::sqrt(squared);
   }
 
-  ViewFit result() const {
-    ViewFit out;
-    out.residuals.resize(view_.root.size());
-    out.cost = 0.5 * shared_.squaredNorm();
+  /// A = sum by_body^T W by_shared, and N^-1 A^T: minus the change of the most likely shared errors
+  /// with the pose.
+  std::pair<MatrixXd, MatrixXd> shared_by_body() const {
     const Eigen::Index n = shared_.size();
     MatrixXd normal = MatrixXd::Identity(n, n), mixed = MatrixXd::Zero(6, n);
     for (const Row& row : rows_) {
-      out.residuals[row.sighting] = row.residual;
-      out.cost += core::huber_loss(row.residual.squaredNorm(), corner_) +
-                  0.5 * points_[row.sighting].squaredNorm();
-      out.gradient += row.huber * row.by_body.transpose() * row.residual;
-      const Eigen::Matrix<double, 2, 6> weighted = row.weight * row.by_body;
-      out.information += row.by_body.transpose() * weighted;
-      mixed += core::transposed_product(weighted, row.by_shared);
-      normal += core::transposed_product(row.by_shared, row.weight * row.by_shared);
+      const Eigen::Matrix<double, 2, Eigen::Dynamic> weighted = row.weight * row.by_shared;
+      mixed += core::transposed_product(row.by_body, weighted);
+      normal += core::transposed_product(row.by_shared, weighted);
     }
-    // Rows of J - G N^-1 A^T: what the pose changes if the shared errors follow it.
-    const MatrixXd solved = n > 0 ? core::solve_llt<MatrixXd, MatrixXd>(normal, mixed.transpose())
-                                  : MatrixXd::Zero(0, 6);
-    out.information -= core::product(mixed, solved);
-    out.information = (0.5 * (out.information + out.information.transpose())).eval();
-    const auto common = static_cast<Eigen::Index>(view_.errors.shared_numbers.size());
-    out.common.add(view_.errors.shared_numbers, solved.topRows(common).transpose());
-    if (view_.errors.point_numbers.empty()) return out;
-    for (const Row& row : rows_) {
-      const Eigen::Matrix<double, 2, 6> follows =
-          row.by_body - core::product(row.by_shared, solved);
-      const auto first =
-          view_.errors.point_numbers.begin() + 3 * static_cast<std::ptrdiff_t>(row.sighting);
-      out.common.add(std::vector<int>(first, first + 3),
-                     follows.transpose() * row.weight * row.by_point);
-    }
-    return out;
+    if (n == 0) return {mixed, MatrixXd::Zero(0, 6)};
+    return {mixed, core::solve_llt<MatrixXd, MatrixXd>(normal, mixed.transpose())};
   }
 
   const View& view_;
   Rigid3 body_;
   double corner_;
-  VectorXd shared_;
+  VectorXd shared_;  ///< camera, mounting, clock, and the velocity's own errors
+  Vector6 late_;     ///< motion during the clock's sigma
+  Matrix6 late_uncertain_;
   std::vector<Eigen::Vector3d> points_;
   std::vector<Row> rows_;
 };
@@ -270,7 +294,17 @@ std::optional<Eigen::Vector2d> sighting_residual(const View& view, std::size_t i
 }
 
 ViewFit fitted_errors(const View& view, const Rigid3& body_from_world, double corner) {
-  return ErrorFit(view, body_from_world, corner).run();
+  ErrorFit fit(view, body_from_world, corner);
+  if (fit.run()) return fit.result();
+  ViewFit outside;
+  outside.cost = std::numeric_limits<double>::infinity();
+  outside.residuals.resize(view.root.size());
+  return outside;
+}
+
+CommonErrors<6> common_errors_of(const View& view, const Rigid3& body_from_world, double corner) {
+  ErrorFit fit(view, body_from_world, corner);
+  return fit.run() ? fit.common() : CommonErrors<6>{};
 }
 
 std::vector<std::optional<Eigen::Vector2d>> residuals_of(const View& view,

@@ -76,6 +76,22 @@ TEST(So3, LeftJacobianAgreesWithCentralDifferences) {
   }
 }
 
+TEST(So3, ShortestRotationTurnsAsLittleAsPossible) {
+  Random random(21);
+  for (int i = 0; i < 200; ++i) {
+    const Eigen::Vector3d from = 3 * test::random_vector(random).normalized();
+    Eigen::Vector3d to = test::random_vector(random).normalized();
+    if (i % 4 == 1) to = -from;
+    if (i % 4 == 2) to = from;
+    if (i % 4 == 3) to = -from + 1e-5 * test::random_vector(random);  // almost opposite
+    const Eigen::Matrix3d turn = shortest_rotation(from, to);
+    const double angle = std::atan2(from.cross(to).norm(), from.dot(to));
+    EXPECT_LT((turn * from.normalized() - to.normalized()).norm(), 1e-9) << i;
+    EXPECT_LT((turn * turn.transpose() - Eigen::Matrix3d::Identity()).norm(), 1e-9) << i;
+    EXPECT_NEAR(so3_log(turn).norm(), angle, 1e-6) << i;
+  }
+}
+
 TEST(So3, NearestRotationIsNearer) {
   Random random(5);
   for (int i = 0; i < 50; ++i) {

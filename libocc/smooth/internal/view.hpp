@@ -42,8 +42,8 @@ struct View {
 
   View(const SmootherFrame& seen, const SmootherOptions& options, ErrorNumbers& numbers);
 
-  /// Marks the sightings outside the domain at this pose as aside; returns true if any mark
-  /// changed.
+  /// Marks the sightings outside the domain at this pose as aside, and linearises the others in the
+  /// camera's parameters; returns true if any mark changed.
   bool set_aside(const Rigid3& body_from_world);
 };
 
@@ -58,9 +58,9 @@ struct ViewFit {
   std::vector<std::optional<Eigen::Vector2d>> residuals;  ///< in sigmas; empty if aside
   Matrix6 information = Matrix6::Zero();
   Vector6 gradient = Vector6::Zero();
-  CommonErrors<6> common;
 };
 ViewFit fitted_errors(const View& view, const Rigid3& body_from_world, double corner);
+CommonErrors<6> common_errors_of(const View& view, const Rigid3& body_from_world, double corner);
 
 /// Residual of each sighting in sigmas with the most likely errors; empty outside the domain.
 std::vector<std::optional<Eigen::Vector2d>> residuals_of(const View& view,
