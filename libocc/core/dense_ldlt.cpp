@@ -28,6 +28,9 @@ using Columns = Eigen::Matrix<double, n, m>;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
+template void Ldlt<Square<2>>::compute(const Square<2>&);
+template Columns<2, 6> Ldlt<Square<2>>::solve(const Columns<2, 6>&) const;
+
 template void Ldlt<Square<3>>::compute(const Square<3>&);
 template Vector<3> Ldlt<Square<3>>::solve(const Vector<3>&) const;
 

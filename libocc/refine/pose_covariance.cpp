@@ -15,7 +15,8 @@ Matrix6 marginal_information(const PoseNormalEquations& normal) {
   const Eigen::Matrix<double, 6, 2> mixed = normal.information.topRightCorner<6, 2>();
   const Eigen::Matrix2d nuisance = normal.information.bottomRightCorner<2, 2>();
   return normal.information.topLeftCorner<6, 6>() -
-         mixed * core::solve_ldlt<Eigen::MatrixXd, Eigen::MatrixXd>(nuisance, mixed.transpose());
+         mixed * core::solve_ldlt<Eigen::Matrix2d, Eigen::Matrix<double, 2, 6>>(nuisance,
+                                                                                mixed.transpose());
 }
 
 /// Information about the left perturbation from that about the centred perturbation.

@@ -79,7 +79,7 @@ class Whitened {
 
   bool is_determined() const { return is_determined_; }
   const std::vector<Unit>& units() const { return units_; }
-  Eigen::Matrix3d covariance() const { return core::transposed_product(jacobian_, jacobian_); }
+  Eigen::Matrix3d covariance() const { return jacobian_.transpose().lazyProduct(jacobian_); }
 
   /// False if the other units do not determine the pose.
   bool leave_out(Subset& set) {
@@ -94,8 +94,9 @@ class Whitened {
     if (!core::cholesky_in_place(left_)) return false;
     if (!(left_.diagonal().minCoeff() > std::sqrt(singular))) return false;
     core::solve_lower_in_place(left_, right_);
-    core::transposed_product(right_.leftCols<3>(), right_.leftCols<3>(), set.covariance);
-    set.separation.noalias() = right_.leftCols<3>().transpose() * right_.col(3);
+    const auto shifts = right_.leftCols<3>();
+    set.covariance = shifts.transpose().lazyProduct(shifts);
+    set.separation = shifts.transpose().lazyProduct(right_.col(3));
     return true;
   }
 
