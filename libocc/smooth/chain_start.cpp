@@ -20,26 +20,27 @@ struct Seen {
   std::vector<double> sigmas_px;
 };
 
-/// Distance of the points from the camera, by the angle between two bearings and the points'
-/// distance: the smallest of all pairs, and at least this share of their distance.
-double nearness_m(const Camera& camera, const std::vector<PointSighting>& sightings) {
-  constexpr double min_share = 0.5;
+/// Estimate of the distance of the points from the camera. Two points are at least as far apart as
+/// the chord between their bearings times the distance of the nearer one.
+double distance_of_m(const Camera& camera, const std::vector<PointSighting>& sightings) {
   double nearest = std::numeric_limits<double>::infinity();
-  for (const PointSighting& a : sightings)
+  for (const PointSighting& a : sightings) {
+    const auto from = camera.unproject(a.px);
     for (const PointSighting& b : sightings) {
-      const double apart = (a.point_in_world - b.point_in_world).norm();
-      const auto from = camera.unproject(a.px), to = camera.unproject(b.px);
-      if (apart > 0 && from && to)
-        nearest = std::min(nearest, apart / std::max((*from - *to).norm(), min_share));
+      const auto to = camera.unproject(b.px);
+      if (!from || !to || *from == *to) continue;
+      nearest =
+          std::min(nearest, (a.point_in_world - b.point_in_world).norm() / (*from - *to).norm());
     }
+  }
   return nearest;
 }
 
 /// Variance of a pixel coordinate due to the errors of a point at some distance.
 double variance_by_point(const Camera& camera, const PointSighting& seen, double distance_m) {
   Eigen::Matrix<double, 2, 3> d_point;
-  camera.project(distance_m * *camera.unproject(seen.px), &d_point);
-  return 0.5 * seen.point_covariance_m2.trace() / 3 * d_point.squaredNorm();
+  if (!camera.project(distance_m * *camera.unproject(seen.px), &d_point)) return 0;
+  return d_point.squaredNorm() / 2 * seen.point_covariance_m2.trace() / 3;
 }
 
 /// Correspondences for a solver: pixels inside the camera's domain, each point once.
@@ -49,7 +50,7 @@ Seen solvable(const View& view) {
   for (std::size_t i = 0; i < view.frame.sightings.size(); ++i)
     if (view.frame.camera.unproject(view.frame.sightings[i].px)) used.push_back(i);
   const bool exact = view.errors.point_roots.empty();
-  const double distance_m = exact ? 0 : nearness_m(view.frame.camera, view.frame.sightings);
+  const double distance_m = exact ? 0 : distance_of_m(view.frame.camera, view.frame.sightings);
   const auto count = static_cast<Eigen::Index>(used.size());
   out.points.resize(3, count);
   out.px.resize(2, count);
@@ -58,7 +59,7 @@ Seen solvable(const View& view) {
     out.points.col(i) = s.point_in_world;
     out.px.col(i) = s.px;
     double variance = 0.5 * s.covariance_px2.trace();
-    if (std::isfinite(distance_m) && !exact)
+    if (!exact && distance_m > 0 && std::isfinite(distance_m))
       variance += variance_by_point(view.frame.camera, s, distance_m);
     out.sigmas_px.push_back(std::sqrt(variance));
   }

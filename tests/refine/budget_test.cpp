@@ -247,7 +247,9 @@ TEST_F(LocateBudget, TooLittleTimeGetsTheCheapestWithAStatus) {
   options.budget_s = 1e-9;
   const Result<Fix> fix = located(options);
   EXPECT_EQ(fix.status, Status::budget_not_met);
-  EXPECT_EQ(fix.message, fix->choice->reason);
+  // On a busy machine the search for poses may be cut short as well, and then the message says so.
+  const std::string cut = fix->cut_short ? "; the search for poses was cut short" : "";
+  EXPECT_EQ(fix.message.substr(0, fix.message.find(", with")), fix->choice->reason + cut);
   EXPECT_NE(fix.message.find("the budget is spent"), std::string::npos) << fix.message;
   EXPECT_EQ(fix->choice->rung, Rung::points);
   EXPECT_LT((fix->position_m - truth_.origin_in_source()).norm(), 0.02);
