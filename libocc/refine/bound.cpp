@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <string>
 
 #include "libocc/core/require.hpp"
@@ -46,11 +47,15 @@ Result<PoseBound> bound_of(PoseNormalEquations normal, const Eigen::Vector3d& pi
 }
 
 Result<PoseBound> bound_of_observations(const std::vector<Match>& matches,
-                                        const std::vector<Blob>& blobs, const Scene& scene,
+                                        const std::vector<Blob>& blobs, const Scene& stated,
                                         const Rigid3& cam_from_world, RefineOptions options,
                                         const ImageView* image) {
   options.validate();
   check_pose(cam_from_world);
+  std::optional<Scene> widened;
+  if (has_model_errors(options))
+    widened = with_model_errors(stated, matches, cam_from_world, options);
+  const Scene& scene = widened ? *widened : stated;
   options.huber_sigma = std::numeric_limits<double>::infinity();
   const Observations observations = observe(matches, blobs, scene, options, image);
   RefineProblem problem(observations, scene, options, options.rung);

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <string>
 
+#include "libocc/core/math.hpp"
 #include "libocc/core/require.hpp"
 #include "libocc/formation/internal/lens_blur.hpp"
 
@@ -188,6 +189,28 @@ int Observations::degrees_of_freedom(const RefineOptions& options, Rung rung) co
   }
   if (has_flux && options.flux == FluxModel::common_factor) --count;
   return count;  // the growth of rims comes with its own prior
+}
+
+bool has_model_errors(const RefineOptions& options) {
+  return options.model_sigma_px > 0 && options.rung == Rung::rims;
+}
+
+Scene with_model_errors(const Scene& stated, const std::vector<Match>& matches,
+                        const Rigid3& cam_from_world, RefineOptions& options) {
+  Scene scene = stated;
+  for (const Match& match : matches) {
+    if (match.lamp < 0 || match.lamp >= static_cast<int>(scene.lamps.size())) continue;
+    Lamp& lamp = scene.lamps[static_cast<std::size_t>(match.lamp)];
+    Eigen::Matrix<double, 2, 3> by_position;
+    if (!scene.camera.project(cam_from_world * lamp.centre_m, &by_position)) continue;
+    const double px_per_m = by_position.norm() / std::sqrt(2.0);
+    Eigen::Vector3d own = Eigen::Vector3d::Zero();
+    if (const auto sigma_m = stated.position_sigma_m(lamp)) own = *sigma_m;
+    lamp.position_sigma_m =
+        PerAxis((own.array().square() + square(options.model_sigma_px / px_per_m)).sqrt().matrix());
+  }
+  options.model_sigma_px = 0;
+  return scene;
 }
 
 Observations observe(const std::vector<Match>& matches, const std::vector<Blob>& blobs,

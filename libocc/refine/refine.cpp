@@ -408,8 +408,11 @@ Result<Refined> refine_with(const Rigid3& start, const std::vector<Match>& match
   options.validate();
   require(start.rotation.allFinite() && start.translation.allFinite(), "start", start.matrix(),
           "finite");
-  std::optional<Scene> corrected;  // the scene with the estimated camera
-  if (!stated.camera.is_exact()) corrected = stated;
+  std::optional<Scene> corrected;  // the scene with model errors, and with the estimated camera
+  if (has_model_errors(options))
+    corrected = with_model_errors(stated, matches, start, options);
+  else if (!stated.camera.is_exact())
+    corrected = stated;
   const Scene& scene = corrected ? *corrected : stated;
   Observations observations = observe(matches, blobs, scene, options, image);
   options.tolerance_px = tolerance_px(start, observations, scene, options);
@@ -419,8 +422,9 @@ Result<Refined> refine_with(const Rigid3& start, const std::vector<Match>& match
   const int equations = observations.equations(options, options.rung);
   if (equations >= 6) {
     Minimum minimum =
-        corrected ? minimise_with_camera(state, matches, blobs, options, observations, *corrected)
-                  : find_minimum(state, observations, scene, options);
+        !stated.camera.is_exact()
+            ? minimise_with_camera(state, matches, blobs, options, observations, *corrected)
+            : find_minimum(state, observations, scene, options);
     if (minimum.converged && !observations.has_pixels() && may_be_flat(minimum)) {
       const Rung rung =
           observations.rim.empty() ? std::min(options.rung, Rung::centres) : Rung::rims;

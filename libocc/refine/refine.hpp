@@ -78,8 +78,8 @@ struct LIBOCC_API RefineOptions {
   Rung rung = Rung::rims;  ///< a lamp without these measurements uses the next lower rung
   FluxModel flux = FluxModel::ignore;  ///< default: brightness is not used
   std::optional<Prior> prior;          ///< added as observations
-  /// Standard deviation of the errors of camera and map at each lamp, e.g. of an uncalibrated lens.
-  /// Common to all points of a lamp and added to the covariance of its measurements.
+  /// Standard deviation of the errors of camera and map at each lamp, e.g. of an uncalibrated lens:
+  /// a shift of its image, for the rung rims by an error of its position (Lamp::position_sigma_m).
   double model_sigma_px = 0;
   /// Corner of Huber's loss for rim points, fluxes and the direct rung's pixels, in sigmas, or in
   /// the observed scatter (MAD) of rim points and pixels if it is larger. At 3 sigmas, 0.3 % of

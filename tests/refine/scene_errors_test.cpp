@@ -85,6 +85,24 @@ TEST(SceneErrors, CovarianceContainsWrongPositions) {
     }
 }
 
+TEST(SceneErrors, ModelSigmaCoversWrongPositions) {
+  for (const double sigma_px : {0.1, 0.5, 1.5}) {
+    SCOPED_TRACE(sigma_px);
+    const auto draw = [&](Random& random) {
+      World world{test::irregular_room(), test::irregular_room()};
+      for (Lamp& lamp : world.real.lamps) {
+        Eigen::Matrix<double, 2, 3> px_per_m;
+        world.real.camera.project(seen_from() * lamp.centre_m, &px_per_m);
+        lamp.centre_m += std::sqrt(2.0) * sigma_px / px_per_m.norm() * test::random_vector(random);
+      }
+      return world;
+    };
+    RefineOptions options;
+    options.model_sigma_px = sigma_px;
+    expect_true_covariance(draw, with_rims, options);
+  }
+}
+
 TEST(SceneErrors, PositionsMayBeWrongAlongOneAxis) {
   const auto draw = [](Random& random) {
     return with_wrong_positions(test::irregular_room(), {0, 0, 0.02}, random);

@@ -78,6 +78,16 @@ struct Observations {
   int degrees_of_freedom(const RefineOptions& options, Rung rung) const;
 };
 
+/// True if the errors of model_sigma_px are those of with_model_errors(). Below the rung rims,
+/// observe() adds them to the covariance of each centroid, above it to each lamp's pixels.
+bool has_model_errors(const RefineOptions& options);
+
+/// The scene whose lamps have, beside their own, errors of their positions that shift their images
+/// by model_sigma_px; sets that to zero. A shift of a rim alone would leave its size exact, which
+/// then outweighs all directions.
+Scene with_model_errors(const Scene& stated, const std::vector<Match>& matches,
+                        const Rigid3& cam_from_world, RefineOptions& options);
+
 /// Prepares the observations; reads pixels only for Rung::direct with an image. Throws
 /// std::invalid_argument for a match outside its list, a lamp axis that is not a unit vector, a
 /// sigma that is not positive, and an image that does not have the camera's size.
