@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "libocc/core/internal/dense.hpp"
+#include "libocc/core/internal/dense_types.hpp"
 
 namespace occ::internal::core {
 
@@ -31,13 +32,6 @@ Right Cholesky<Matrix>::solve_lower(const Right& b) const {
 bool cholesky_in_place(Eigen::Ref<Eigen::MatrixXd> a) {
   return Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>>(a).info() == Eigen::Success;
 }
-
-template <int n>
-using Square = Eigen::Matrix<double, n, n>;
-template <int n>
-using Vector = Eigen::Matrix<double, n, 1>;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
 
 template Cholesky<Square<2>>::Cholesky(const Square<2>&);
 template Square<2> Cholesky<Square<2>>::lower() const;

@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "libocc/core/internal/dense.hpp"
+#include "libocc/core/internal/dense_types.hpp"
 
 namespace occ::internal::core {
 
@@ -24,10 +25,6 @@ Eigen::JacobiSVD<Matrix> jacobi_svd(const Matrix& a, unsigned options) {
 Eigen::MatrixXd minimum_norm_solution(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) {
   return Eigen::JacobiSVD<Eigen::MatrixXd>(a, Eigen::ComputeThinU | Eigen::ComputeThinV).solve(b);
 }
-
-template <int n>
-using Square = Eigen::Matrix<double, n, n>;
-using Eigen::MatrixXd;
 
 template Eigen::SelfAdjointEigenSolver<Square<3>> symmetric_eigen(const Square<3>&, int);
 template Eigen::SelfAdjointEigenSolver<Square<6>> symmetric_eigen(const Square<6>&, int);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "libocc/core/internal/dense.hpp"
+#include "libocc/core/internal/dense_types.hpp"
 
 namespace occ::internal::core {
 
@@ -18,15 +19,6 @@ template <class Right>
 Right Ldlt<Matrix>::solve(const Right& b) const {
   return ldlt_.solve(b);
 }
-
-template <int n>
-using Square = Eigen::Matrix<double, n, n>;
-template <int n>
-using Vector = Eigen::Matrix<double, n, 1>;
-template <int n, int m>
-using Columns = Eigen::Matrix<double, n, m>;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
 
 template void Ldlt<Square<2>>::compute(const Square<2>&);
 template Columns<2, 6> Ldlt<Square<2>>::solve(const Columns<2, 6>&) const;

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "libocc/core/math.hpp"
-#include "libocc/geometry/so3.hpp"
+#include "libocc/geometry/internal/derivative_by_pose.hpp"
 #include "libocc/identify/internal/brightness.hpp"
 
 namespace occ::internal::identify {
@@ -45,7 +45,7 @@ std::optional<SeenLamp> seen_at(const AssignmentProblem& problem, const Pair& pa
   seen.residual_px = problem.camera->difference_px(*px, blob.centroid_px);
   seen.covariance_px2 = blob.covariance_px2;
   if (!map_point.disc) seen.covariance_px2.diagonal().array() += (by_point * offset).squaredNorm();
-  seen.by_pose << -by_point * skew(point), by_point;
+  seen.by_pose = geometry::derivative_by_pose(by_point, point);
   return seen;
 }
 

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "libocc/core/require.hpp"
+#include "libocc/geometry/internal/derivative_by_pose.hpp"
 #include "libocc/refine/internal/expected_lamp.hpp"
 #include "libocc/refine/internal/pose_covariance.hpp"
 #include "libocc/refine/internal/problem.hpp"
@@ -99,8 +100,8 @@ Result<PoseBound> pose_bound(const std::vector<Eigen::Vector3d>& points_in_world
     const Eigen::Vector3d point = cam_from_world * points_in_world[i];
     Eigen::Matrix<double, 2, 3> d_point;
     if (!camera.project(point, &d_point)) continue;
-    Eigen::Matrix<double, 2, 6> d_pose;
-    d_pose << -d_point * skew(point - pivot), d_point;
+    const Eigen::Matrix<double, 2, 6> d_pose =
+        internal::geometry::derivative_by_pose(d_point, point - pivot);
     normal.information.topLeftCorner<6, 6>() +=
         d_pose.transpose() * d_pose / (sigmas_px[i] * sigmas_px[i]);
     ++count;

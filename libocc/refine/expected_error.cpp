@@ -6,7 +6,7 @@
 #include <optional>
 
 #include "libocc/formation/rim.hpp"
-#include "libocc/geometry/so3.hpp"
+#include "libocc/geometry/internal/derivative_by_pose.hpp"
 
 namespace occ::internal::refine {
 
@@ -31,8 +31,7 @@ Vector6 bias_of_points(const std::vector<Match>& matches, const std::vector<Blob
     const std::optional<Eigen::Vector2d> seen =
         project_lamp_centre(lamp, cam_from_world, scene.camera);
     if (!centre || !seen) continue;
-    Eigen::Matrix<double, 2, 6> d_pose;
-    d_pose << -d_point * skew(point), d_point;
+    const Eigen::Matrix<double, 2, 6> d_pose = geometry::derivative_by_pose(d_point, point);
     const Eigen::Matrix2d covariance_px2 =
         blob.covariance_px2 + model_sigma_px * model_sigma_px * Eigen::Matrix2d::Identity();
     const Eigen::Vector2d off_px = scene.camera.difference_px(*seen, *centre);

@@ -3,7 +3,7 @@
 
 #include "libocc/formation/light.hpp"
 #include "libocc/formation/rim.hpp"
-#include "libocc/geometry/so3.hpp"
+#include "libocc/geometry/internal/derivative_by_pose.hpp"
 
 namespace occ::internal::refine {
 
@@ -15,7 +15,7 @@ std::optional<Eigen::Vector2d> predicted_centroid_px(const Lamp& lamp, const Rig
   const Eigen::Vector3d centre = cam_from_world * lamp.centre_m;
   Eigen::Matrix<double, 2, 3> d_centre;
   const std::optional<Eigen::Vector2d> px = camera.project(centre, jacobian ? &d_centre : nullptr);
-  if (px && jacobian) *jacobian << -d_centre * skew(centre), d_centre;
+  if (px && jacobian) *jacobian = geometry::derivative_by_pose(d_centre, centre);
   return px;
 }
 

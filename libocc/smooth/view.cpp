@@ -9,7 +9,7 @@
 #include "libocc/core/internal/covariance.hpp"
 #include "libocc/core/internal/dense.hpp"
 #include "libocc/core/internal/robust_loss.hpp"
-#include "libocc/geometry/so3.hpp"
+#include "libocc/geometry/internal/derivative_by_pose.hpp"
 
 namespace occ::internal::smooth {
 namespace {
@@ -167,8 +167,7 @@ class ErrorFit {
     const auto px = view_.frame.camera.project(in_cam, &d_point);
     if (!px || !px->allFinite()) return std::nullopt;
     d_point = (view_.root[i] * d_point).eval();
-    Eigen::Matrix<double, 2, 6> d_cam;
-    d_cam << -d_point * skew(in_cam), d_point;
+    const Eigen::Matrix<double, 2, 6> d_cam = geometry::derivative_by_pose(d_point, in_cam);
 
     Row row;
     row.sighting = i;
@@ -285,11 +284,8 @@ std::optional<Eigen::Vector2d> sighting_residual(const View& view, std::size_t i
   Eigen::Matrix<double, 2, 3> d_point;
   const auto px = view.frame.camera.project(in_cam, d_body != nullptr ? &d_point : nullptr);
   if (!px || !px->allFinite()) return std::nullopt;
-  if (d_body != nullptr) {
-    Eigen::Matrix<double, 2, 6> d_cam;
-    d_cam << -d_point * skew(in_cam), d_point;
-    *d_body = view.root[i] * d_cam * view.d_body;
-  }
+  if (d_body != nullptr)
+    *d_body = view.root[i] * geometry::derivative_by_pose(d_point, in_cam) * view.d_body;
   return Eigen::Vector2d(view.root[i] * view.frame.camera.difference_px(*px, sighting.px));
 }
 

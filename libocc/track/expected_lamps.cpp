@@ -9,8 +9,8 @@
 #include <utility>
 
 #include "libocc/core/internal/dense.hpp"
+#include "libocc/geometry/internal/derivative_by_pose.hpp"
 #include "libocc/geometry/motion.hpp"
-#include "libocc/geometry/so3.hpp"
 #include "libocc/scene/view.hpp"
 
 namespace occ::internal::track {
@@ -56,14 +56,6 @@ bool lacks_lines(const ExpectedLamp& lamp, const Blob& blob, Readout readout) {
   return lines < lamp.lines_px * (1 - share) - blur_px;
 }
 
-/// d pixel / d pose perturbation.
-Eigen::Matrix<double, 2, 6> by_pose(const Eigen::Matrix<double, 2, 3>& d_point,
-                                    const Eigen::Vector3d& point) {
-  Eigen::Matrix<double, 2, 6> out;
-  out << -d_point * skew(point), d_point;
-  return out;
-}
-
 /// Standard deviation of the shear of a rim that follows from the error of the velocity.
 double shear_px(const Blob& blob, const Sensor& sensor, const Eigen::Matrix2d& per_s2) {
   const bool columns = sensor.readout == Readout::columns;
@@ -94,7 +86,7 @@ std::optional<ExpectedLamp> expect(const Scene& scene, const Lamp& lamp,
     px = scene.camera.project(point, &d_point);
     if (!px) return std::nullopt;
   }
-  const Eigen::Matrix<double, 2, 6> d_pose = by_pose(d_point, point);
+  const Eigen::Matrix<double, 2, 6> d_pose = geometry::derivative_by_pose(d_point, point);
   ExpectedLamp out;
   out.px = *px;
   out.covariance_px2 = d_pose * predicted.covariance * d_pose.transpose();
@@ -273,7 +265,7 @@ void to_time_of(const PredictedCamera& predicted, const Scene& scene,
     const auto seen = scene.camera.project(
         moved_pose(predicted.cam_from_world, predicted.velocity, late_s) * lamp);
     if (!then || !seen) continue;
-    const Eigen::Matrix<double, 2, 6> d_pose = by_pose(d_point, point);
+    const Eigen::Matrix<double, 2, 6> d_pose = geometry::derivative_by_pose(d_point, point);
     const Eigen::Vector2d by = scene.camera.difference_px(*then, *seen);
     // The lines of a rim are read before or after the middle, which shears a moving disc's image.
     const Eigen::Vector2d px_per_s = d_pose * predicted.velocity;
