@@ -29,8 +29,8 @@ void add_errors_of_map(AssignmentProblem& problem) {
   problem.min_radius_m = std::numeric_limits<double>::infinity();
   for (const Lamp& lamp : problem.scene->lamps) {
     problem.min_radius_m = std::min(problem.min_radius_m, lamp.reach_m());
-    if (const auto sigma_m = problem.scene->position_sigma_m(lamp))
-      problem.map_variance_m2 = std::max(problem.map_variance_m2, square(sigma_m->maxCoeff()));
+    problem.map_variance_m2 =
+        std::max(problem.map_variance_m2, problem.scene->position_variance_m2(lamp).maxCoeff());
   }
 }
 

@@ -120,11 +120,11 @@ Result<PoseBound> pose_bound(const Scene& given, const Rigid3& cam_from_world, R
   const ExpectedLamps expected(scene, cam_from_world, pivot, rung, flux);
   PoseNormalEquations normal;
   int lamps = 0;
-  std::optional<CameraSums> camera;
-  if (!scene.camera.is_exact()) camera.emplace(CameraErrors(scene.camera).count());
+  std::optional<SharedSums> shared;
+  if (has_shared_errors(scene)) shared.emplace(SharedErrors(scene).count());
   for (const Lamp& lamp : scene.lamps)
-    lamps += expected.add(lamp, normal, camera ? &*camera : nullptr) ? 1 : 0;
-  if (camera) normal.information -= camera->mixed * camera->gain() * camera->mixed.transpose();
+    lamps += expected.add(lamp, normal, shared ? &*shared : nullptr) ? 1 : 0;
+  if (shared) normal.information -= shared->mixed * shared->gain() * shared->mixed.transpose();
   return bound_of(normal, pivot, cam_from_world, lamps);
 }
 

@@ -2,11 +2,11 @@
 #include "libocc/refine/internal/error_gradient.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 
 #include "libocc/core/internal/dense.hpp"
 #include "libocc/geometry/so3.hpp"
+#include "libocc/refine/internal/pose_covariance.hpp"
 #include "libocc/refine/internal/problem.hpp"
 
 namespace occ::internal::refine {
@@ -39,20 +39,33 @@ Eigen::Matrix<double, 6, Eigen::Dynamic> of_left(const Columns8& columns,
   return centred_from_left.transpose() * (columns.topRows<6>() - shares * columns.bottomRows<2>());
 }
 
+/// A^+ B of a semidefinite matrix A.
+Eigen::Matrix<double, 6, Eigen::Dynamic> solved(const Matrix6& a,
+                                                const Eigen::Matrix<double, 6, Eigen::Dynamic>& b) {
+  constexpr double rounding = 1e-12;
+  const Vector6 scale = a.diagonal().cwiseMax(0).cwiseSqrt();
+  const Vector6 unit = (scale.array() > 0).select(scale.cwiseInverse(), 0);
+  const auto eigen = core::symmetric_eigen<Matrix6>(unit.asDiagonal() * a * unit.asDiagonal());
+  const Vector6 inverse = (eigen.eigenvalues().array() > rounding * eigen.eigenvalues()[5])
+                              .select(eigen.eigenvalues().cwiseInverse(), 0);
+  const Matrix6 directions = unit.asDiagonal() * eigen.eigenvectors();
+  return directions * (inverse.asDiagonal() * (directions.transpose() * b));
+}
+
 }  // namespace
 
 ErrorGradient error_gradient(const Refined& refined, const std::vector<Blob>& blobs,
                              const Scene& scene, RefineOptions options) {
   ErrorGradient out;
   out.gradient_by_errors.resize(6, 0);
-  if (scene.camera.is_exact() && has_exact_map(scene)) return out;
+  if (is_exact(scene)) return out;
   options.prior.reset();
   // Errors must not reduce weights here. Too large a part is systematic then, if any.
   options.huber_sigma = std::numeric_limits<double>::infinity();
   std::vector<Match> matches;
   for (const LampResidual& lamp : refined.lamps) matches.push_back(lamp.match);
   Observations observations = observe(matches, blobs, scene, options);
-  observations.camera_shift = Eigen::VectorXd::Zero(observations.camera_errors.count());
+  observations.shared_shift = Eigen::VectorXd::Zero(observations.shared_errors.count());
   for (std::size_t i = 0; i < matches.size(); ++i)
     observations.lamps[i].contradicts = refined.lamps[i].contradicts;
   RefineProblem problem(observations, scene, options, std::min(options.rung, Rung::rims));
@@ -61,32 +74,40 @@ ErrorGradient error_gradient(const Refined& refined, const std::vector<Blob>& bl
   PoseNormalEquations normal;
   if (!problem.linearise(state, pivot, normal)) return out;
   const std::vector<RefineProblem::LampSums> sums = problem.lamp_sums(state, pivot);
-  const Eigen::Index camera_errors = observations.camera_errors.count();
-  CameraSums camera(camera_errors);
+  const Eigen::Index shared_errors = observations.shared_errors.count();
+  SharedSums shared(shared_errors);
   for (const auto& lamp : sums) {
-    camera.mixed += lamp.camera.mixed;
-    camera.information += lamp.camera.information;
+    shared.mixed += lamp.shared.mixed;
+    shared.information += lamp.shared.information;
   }
-  camera.information -=
-      static_cast<double>(sums.size()) * Eigen::MatrixXd::Identity(camera_errors, camera_errors);
-  const Columns8 by_camera = camera.mixed * camera.gain();
-  Columns8 columns(8, 7 * static_cast<Eigen::Index>(sums.size()) + camera_errors);
-  const auto append = [&](const auto& column, int lamp, int component) {
+  shared.information -=
+      static_cast<double>(sums.size()) * Eigen::MatrixXd::Identity(shared_errors, shared_errors);
+  const Columns8 by_shared = shared.mixed * shared.gain();
+  Columns8 columns(8, 7 * static_cast<Eigen::Index>(sums.size()) + shared_errors);
+  const auto append = [&](const auto& column, const ErrorGradient::Source& source) {
     columns.col(static_cast<Eigen::Index>(out.sources.size())) = column;
-    out.sources.push_back({lamp, component});
+    out.sources.push_back(source);
   };
   for (std::size_t i = 0; i < sums.size(); ++i) {
     const LampObservation& lamp = observations.lamps[i];
     if (lamp.contradicts || !lamp.errors) continue;
     const Eigen::Matrix<double, 8, 7> motion = as_pose(lamp, state.cam_from_world, pivot);
-    const Matrix8 information = sums[i].information - by_camera * sums[i].camera.mixed.transpose();
+    const Matrix8 information = sums[i].information - by_shared * sums[i].shared.mixed.transpose();
     for (int k = 0; k < 7; ++k)
-      if (!motion.col(k).isZero(0)) append(information * motion.col(k), matches[i].lamp, k);
+      if (!motion.col(k).isZero(0))
+        append(information * motion.col(k), {ErrorGradient::Source::lamp, k, matches[i].lamp});
   }
-  for (Eigen::Index k = 0; k < camera_errors; ++k)
-    append(by_camera.col(k), -1, static_cast<int>(k));
+  const Eigen::Index of_camera = observations.shared_errors.camera_count();
+  for (Eigen::Index k = 0; k < shared_errors; ++k)
+    append(by_shared.col(k),
+           k < of_camera ? ErrorGradient::Source{ErrorGradient::Source::camera, static_cast<int>(k)}
+                         : ErrorGradient::Source{ErrorGradient::Source::map,
+                                                 static_cast<int>(k - of_camera)});
   const Columns8 used = columns.leftCols(static_cast<Eigen::Index>(out.sources.size()));
-  out.gradient_by_errors = of_left(used, normal, pivot) / std::sqrt(refined.variance_factor);
+  // A misfit of the image, by which the covariance is enlarged, is noise of this image: the errors
+  // move the pose by as much as in other images.
+  out.gradient_by_errors = refined.lamp_information *
+                           solved(pose_information(normal, pivot), of_left(used, normal, pivot));
   return out;
 }
 

@@ -31,12 +31,12 @@ ExpectedLamps::ExpectedLamps(const Scene& scene, const Rigid3& cam_from_world,
       pivot_(pivot),
       noise_(scene.sensor),
       psf_(gaussian_blur_px(scene)),
-      camera_errors_(scene.camera) {
+      shared_errors_(scene) {
   options_.rung = rung;
   options_.flux = flux;
 }
 
-bool ExpectedLamps::add(const Lamp& lamp, PoseNormalEquations& normal, CameraSums* camera) const {
+bool ExpectedLamps::add(const Lamp& lamp, PoseNormalEquations& normal, SharedSums* shared) const {
   if (!whole_in_image(lamp, pose_, scene_.camera)) return false;
   const Blob unseen;
   LampObservation observation{&lamp, &unseen};
@@ -46,7 +46,7 @@ bool ExpectedLamps::add(const Lamp& lamp, PoseNormalEquations& normal, CameraSum
   PixelScratch scratch;
   LampPixels pixels(observation, scene_, options_, noise_, psf_, scratch);
   if (!pixels.linearise({pose_}, pivot_)) return false;
-  const bool exact = !observation.errors && !camera;
+  const bool exact = !observation.errors && !shared;
   if (options_.rung == Rung::direct && exact) {
     pixels.add_to(normal);
     return true;
@@ -55,16 +55,16 @@ bool ExpectedLamps::add(const Lamp& lamp, PoseNormalEquations& normal, CameraSum
                            ? project_moving_contour(lamp, pose_, scene_.camera, 1)
                            : std::nullopt;
   if (contour && !contour->empty()) {
-    add_rim(observation, *contour, normal, camera);
+    add_rim(observation, *contour, normal, shared);
   } else {
-    add_centroid(observation, pixels.centroid_information(), normal, camera);
+    add_centroid(observation, pixels.centroid_information(), normal, shared);
   }
   if (uses_flux) add_flux(lamp, pixels.light_information(), normal);
   return true;
 }
 
 void ExpectedLamps::add_centroid(const LampObservation& lamp, Eigen::Matrix2d information,
-                                 PoseNormalEquations& normal, CameraSums* camera) const {
+                                 PoseNormalEquations& normal, SharedSums* shared) const {
   Eigen::Matrix<double, 2, 6> d_pose;
   if (!predicted_centroid_px(*lamp.lamp, pose_, scene_.camera, options_.rung, &d_pose)) return;
   if (lamp.errors)
@@ -73,11 +73,10 @@ void ExpectedLamps::add_centroid(const LampObservation& lamp, Eigen::Matrix2d in
                       .inverse();
   d_pose.leftCols<3>() += d_pose.rightCols<3>() * skew(pivot_);
   normal.information.topLeftCorner<6, 6>() += d_pose.transpose() * information * d_pose;
-  if (!camera) return;
-  const Eigen::Matrix2Xd by_camera =
-      camera_errors_.by_errors(scene_.camera, pose_ * lamp.lamp->centre_m);
-  camera->mixed.topRows<6>() += d_pose.transpose() * information * by_camera;
-  camera->information += by_camera.transpose() * information * by_camera;
+  if (!shared) return;
+  const Eigen::Matrix2Xd by_shared = shared_errors_.by_errors(scene_.camera, *lamp.lamp, pose_);
+  shared->mixed.topRows<6>() += d_pose.transpose() * information * by_shared;
+  shared->information += by_shared.transpose() * information * by_shared;
 }
 
 /// Information about the position of a straight edge, per px along it [1/px^3].
@@ -96,22 +95,24 @@ double ExpectedLamps::edge_information(double background_e, double full_e) const
 }
 
 void ExpectedLamps::add_rim(const LampObservation& lamp, const MovingContour& contour,
-                            PoseNormalEquations& normal, CameraSums* camera) const {
+                            PoseNormalEquations& normal, SharedSums* shared) const {
   const Sensor& sensor = scene_.sensor;
-  const Eigen::Index errors = camera_errors_.count();
+  const Eigen::Index errors = shared_errors_.count();
   const double distance_m = (pose_ * lamp.lamp->centre_m).norm();
   Eigen::MatrixXd information = Eigen::MatrixXd::Zero(6 + errors, 6 + errors);
   Eigen::VectorXd sweep(6 + errors);
+  const Eigen::Matrix3Xd motion = shared_errors_.motion(*lamp.lamp, pose_);
   for (const MovingContourPoint& point : contour) {
     const double light = irradiance_at(*lamp.lamp, pose_, scene_.camera, sensor, point.px);
     const double full_e = (sensor.electrons(1) - sensor.electrons(0)) * light;
     const auto bearing = scene_.camera.unproject(point.px);
     sweep.head<6>() = point.sweep;
-    if (camera && bearing) {
+    if (shared && bearing) {
       const Eigen::Matrix2Xd by_camera =
-          camera_errors_.by_errors(scene_.camera, distance_m * *bearing);
-      sweep.tail(errors) =
+          shared_errors_.by_camera(scene_.camera, distance_m * *bearing);
+      sweep.segment(6, by_camera.cols()) =
           (by_camera.row(0) * point.step_px.y() - by_camera.row(1) * point.step_px.x()).transpose();
+      sweep.tail(motion.cols()) = motion.transpose() * point.sweep.segment<3>(3);
     }
     information += edge_information(noise_.dark_e(), full_e) / point.step_px.norm() * sweep *
                    sweep.transpose();
@@ -127,9 +128,9 @@ void ExpectedLamps::add_rim(const LampObservation& lamp, const MovingContour& co
   lamp_of_pose.bottomLeftCorner<3, 3>() = -skew(pose_ * lamp.lamp->centre_m - pivot_);
   normal.information.topLeftCorner<6, 6>() +=
       lamp_of_pose.transpose() * information.topLeftCorner<6, 6>() * lamp_of_pose;
-  if (!camera) return;
-  camera->mixed.topRows<6>() += lamp_of_pose.transpose() * information.topRightCorner(6, errors);
-  camera->information += information.bottomRightCorner(errors, errors);
+  if (!shared) return;
+  shared->mixed.topRows<6>() += lamp_of_pose.transpose() * information.topRightCorner(6, errors);
+  shared->information += information.bottomRightCorner(errors, errors);
 }
 
 void ExpectedLamps::add_flux(const Lamp& lamp, double information,

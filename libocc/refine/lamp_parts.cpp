@@ -23,32 +23,32 @@ std::vector<int> used_unknowns(const NormalParts& parts) {
 
 }  // namespace
 
-PartRecorder::PartRecorder(const PoseNormalEquations& normal, const CameraSums* camera)
+PartRecorder::PartRecorder(const PoseNormalEquations& normal, const SharedSums* shared)
     : information_(normal.information), gradient_(normal.gradient) {
-  if (camera) camera_ = *camera;
+  if (shared) shared_ = *shared;
 }
 
-void PartRecorder::finish(const PoseNormalEquations& normal, const CameraSums* camera,
+void PartRecorder::finish(const PoseNormalEquations& normal, const SharedSums* shared,
                           LampPart& part) const {
   part.information = normal.information - information_;
   part.gradient = normal.gradient - gradient_;
-  part.camera.reset();
-  if (!camera) return;
-  part.camera = *camera;
-  part.camera->mixed -= camera_->mixed;
-  part.camera->information -= camera_->information;
-  part.camera->gradient -= camera_->gradient;
+  part.shared.reset();
+  if (!shared) return;
+  part.shared = *shared;
+  part.shared->mixed -= shared_->mixed;
+  part.shared->information -= shared_->information;
+  part.shared->gradient -= shared_->gradient;
 }
 
 SeparationModel separation_model(const NormalParts& parts, const std::vector<int>& lamps,
                                  const Rigid3& cam_from_world, const Eigen::Vector3d& pivot,
-                                 const Eigen::VectorXd& camera_errors) {
+                                 const Eigen::VectorXd& shared_errors) {
   SeparationModel model;
   if (parts.lamps.empty()) return model;
   const std::vector<int> used = used_unknowns(parts);
   const auto own = static_cast<Eigen::Index>(used.size());
-  const auto& first_camera = parts.lamps.front().camera;
-  const Eigen::Index errors = first_camera ? first_camera->gradient.size() : 0;
+  const auto& first = parts.lamps.front().shared;
+  const Eigen::Index errors = first ? first->gradient.size() : 0;
   for (std::size_t i = 0; i < parts.lamps.size(); ++i) {
     const LampPart& part = parts.lamps[i];
     if (part.information.isZero(0)) continue;
@@ -56,13 +56,13 @@ SeparationModel separation_model(const NormalParts& parts, const std::vector<int
                        Eigen::VectorXd(own + errors)};
     lamp.information.topLeftCorner(own, own) = part.information(used, used);
     lamp.gradient.head(own) = part.gradient(used);
-    if (part.camera) {
-      lamp.information.topRightCorner(own, errors) = part.camera->mixed(used, Eigen::all);
+    if (part.shared) {
+      lamp.information.topRightCorner(own, errors) = part.shared->mixed(used, Eigen::all);
       lamp.information.bottomLeftCorner(errors, own) =
           lamp.information.topRightCorner(own, errors).transpose();
-      lamp.information.bottomRightCorner(errors, errors) = part.camera->information;
-      lamp.gradient.tail(errors) = part.camera->gradient;
-      lamp.gradient += lamp.information.rightCols(errors) * camera_errors;
+      lamp.information.bottomRightCorner(errors, errors) = part.shared->information;
+      lamp.gradient.tail(errors) = part.shared->gradient;
+      lamp.gradient += lamp.information.rightCols(errors) * shared_errors;
     }
     model.lamps.push_back(std::move(lamp));
   }

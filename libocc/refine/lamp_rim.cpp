@@ -72,11 +72,13 @@ LampInCam LampRim::lamp_at(const Rigid3& cam_from_world) const {
   return with_error(lamp, error_, cam_from_world);
 }
 
-/// The images of the rim's points move by n . (d pixel / d errors) along the rim's normal. That is
-/// evaluated at the predicted points: at the measured ones it would correlate with their noise, and
-/// the camera's estimate would have a bias.
+/// Errors of the camera move the images of the rim's points by n . (d pixel / d errors) along the
+/// rim's normal. That is evaluated at the predicted points: at the measured ones it would correlate
+/// with their noise, and the camera's estimate would have a bias.
 void LampRim::linearise_camera(const LampInCam& lamp) {
-  by_camera_.setZero(all_.camera_errors.count(), rows_.cols());
+  by_shared_.setZero(all_.shared_errors.count(), rows_.cols());
+  const Eigen::Index of_camera = all_.shared_errors.camera_count();
+  if (of_camera == 0) return;
   for (Eigen::Index i = 0; i < rows_.cols(); ++i) {
     const RimObservation& point = points_[i];
     const Eigen::Vector3d by_shift = rows_.col(i).segment<3>(3);
@@ -85,9 +87,9 @@ void LampRim::linearise_camera(const LampInCam& lamp) {
         point.ray.origin + lamp.centre_m.norm() * point.ray.bearing.normalized();
     const Eigen::Vector3d predicted =
         measured + rows_(residual_index, i) / by_shift.squaredNorm() * by_shift;
-    by_camera_.col(i) = -point.inverse_sigma *
-                        all_.camera_errors.by_errors(scene_.camera, predicted).transpose() *
-                        point.normal;
+    by_shared_.col(i).head(of_camera) =
+        -point.inverse_sigma * all_.shared_errors.by_camera(scene_.camera, predicted).transpose() *
+        point.normal;
   }
 }
 
@@ -137,8 +139,8 @@ void LampRim::follow_errors(const State& state, const Eigen::Vector3d& pivot,
 bool LampRim::is_stable(const State& state, const Eigen::Vector3d& pivot,
                         const Eigen::VectorXd* weights) {
   constexpr int max_passes = 8;
-  // The estimates of the camera's errors converge together with those of the lamps.
-  const double stable_px = all_.camera_errors.count() > 0 ? 1e-4 : 1e-3;
+  // The estimates of the shared errors converge together with those of the lamps.
+  const double stable_px = all_.shared_errors.count() > 0 ? 1e-4 : 1e-3;
   const double max_lost = 0.1 * static_cast<double>(rows_.cols());
   const double px_per_m =
       scene_.camera.fx_px() / (state.cam_from_world * lamp_.lamp->centre_m).norm();
@@ -183,18 +185,23 @@ int LampRim::linearise_rim(const State& state, const Eigen::Vector3d& pivot) {
     rows_.col(i) << d_lamp.transpose(), growth_slope, off, common_errors(points_[i].normal);
     rows_.col(i) *= points_[i].inverse_sigma;
   }
-  if (all_.camera_errors.count() > 0 && by_camera_.cols() != rows_.cols()) linearise_camera(in_cam);
+  if (all_.shared_errors.count() > 0) {
+    if (by_shared_.cols() != rows_.cols()) linearise_camera(in_cam);
+    // As the lamp's own errors, which are eliminated with the same rows.
+    const Eigen::Matrix3Xd motion = all_.shared_errors.motion(*lamp_.lamp, state.cam_from_world);
+    by_shared_.bottomRows(motion.cols()) = motion.transpose() * rows_.middleRows<3>(3);
+  }
   if (has_errors()) step_back();
   return lost_;
 }
 
-/// r = r(e0) - (d r / d e) e0 for the errors of the lamp and of the camera.
+/// r = r(e0) - (d r / d e) e0 for the errors of the lamp and the shared ones.
 void LampRim::step_back() {
   seen_ = rows_.row(residual_index);
   back_.setZero(rows_.cols());
   if (lamp_.errors)
     back_ += unit_error_.transpose() * unit_motion_.transpose() * rows_.topRows<6>();
-  if (by_camera_.size() > 0) back_ += all_.camera_shift.transpose() * by_camera_;
+  if (by_shared_.size() > 0) back_ += all_.shared_shift.transpose() * by_shared_;
   rows_.row(residual_index) -= back_;
 }
 
@@ -229,9 +236,9 @@ LampRim::Products LampRim::weighted_products() {
   return products;
 }
 
-/// Sums over pose, growth, residual and errors of the camera without the common errors.
+/// Sums over pose, growth, residual and shared errors without the common errors of the rim.
 Eigen::MatrixXd LampRim::eliminate(const Products& products) {
-  const Eigen::Index errors = by_camera_.rows();
+  const Eigen::Index errors = by_shared_.rows();
   Eigen::MatrixXd sums(8 + errors, 8 + errors);
   sums.topLeftCorner<8, 8>() = products.topLeftCorner<8, 8>();
   constexpr int own = commons + 6;  // common errors, then those of the lamp's pose
@@ -242,11 +249,11 @@ Eigen::MatrixXd LampRim::eliminate(const Products& products) {
   spread << products.bottomRightCorner<commons, commons>(), products.bottomLeftCorner<commons, 6>(),
       products.topRightCorner<6, commons>(), products.topLeftCorner<6, 6>();
   if (errors > 0) {
-    const Eigen::MatrixXd cross = core::product_transposed(by_camera_, weighted_);
-    const Eigen::MatrixXd weighted = by_camera_ * weights_.asDiagonal();
+    const Eigen::MatrixXd cross = core::product_transposed(by_shared_, weighted_);
+    const Eigen::MatrixXd weighted = by_shared_ * weights_.asDiagonal();
     sums.bottomLeftCorner(errors, 8) = cross.leftCols<8>();
     sums.topRightCorner(8, errors) = cross.leftCols<8>().transpose();
-    sums.bottomRightCorner(errors, errors) = core::product_transposed(weighted, by_camera_);
+    sums.bottomRightCorner(errors, errors) = core::product_transposed(weighted, by_shared_);
     along.topRightCorner(commons, errors) = cross.rightCols<commons>().transpose();
     along.bottomRightCorner(6, errors) = cross.leftCols<6>().transpose();
   }
@@ -261,7 +268,7 @@ Eigen::MatrixXd LampRim::eliminate(const Products& products) {
   sums -= core::transposed_product(whitened, estimates);
   if (lamp_.errors) {
     Eigen::VectorXd errors_of_lamp = -estimates.col(residual_index);
-    if (errors > 0) errors_of_lamp -= estimates.rightCols(errors) * all_.camera_shift;
+    if (errors > 0) errors_of_lamp -= estimates.rightCols(errors) * all_.shared_shift;
     set_estimate(errors_of_lamp.tail<7>());
   }
   return sums;
@@ -279,16 +286,16 @@ void LampRim::set_estimate(const LampError& unit) {
   next_unit_error_ = unit.cwiseMax(-limits).cwiseMin(limits);
 }
 
-void LampRim::add_to(PoseNormalEquations& normal, CameraSums* camera) {
+void LampRim::add_to(PoseNormalEquations& normal, SharedSums* shared) {
   if (weights_.size() == 0) return;
   if (sums_) {  // of the last pass of linearise()
-    add_with_errors(*sums_, normal, camera);
+    add_with_errors(*sums_, normal, shared);
     return;
   }
   weigh_points();
   const Products products = weighted_products();
   if (has_errors()) {
-    add_with_errors(eliminate(products), normal, camera);
+    add_with_errors(eliminate(products), normal, shared);
     return;
   }
   Matrix8 sum = products.topLeftCorner<8, 8>();  // gradient and chi2 in the last column
@@ -314,11 +321,11 @@ void LampRim::add_to(PoseNormalEquations& normal, CameraSums* camera) {
 }
 
 void LampRim::add_with_errors(Eigen::MatrixXd sums, PoseNormalEquations& normal,
-                              CameraSums* camera) {
-  const Eigen::Index errors = by_camera_.rows();
+                              SharedSums* shared) {
+  const Eigen::Index errors = by_shared_.rows();
   shift_information_ = sums.block<3, 3>(3, 3);
   shift_gradient_ = sums.block<3, 1>(3, residual_index);
-  if (errors > 0) shift_gradient_ += sums.block(3, 8, 3, errors) * all_.camera_shift;
+  if (errors > 0) shift_gradient_ += sums.block(3, 8, 3, errors) * all_.shared_shift;
   const Eigen::Matrix3d arm = skew(arm_);
   sums.leftCols<3>() -= (sums.middleCols<3>(3) * arm).eval();
   sums.topRows<3>() += (arm * sums.middleRows<3>(3)).eval();
@@ -327,10 +334,10 @@ void LampRim::add_with_errors(Eigen::MatrixXd sums, PoseNormalEquations& normal,
   normal.gradient.head<7>() += sums.col(residual_index).head<7>();
   normal.chi2 += chi2;
   normal.robust_chi2 += chi2 + robust_excess();
-  if (!camera) return;
-  camera->mixed.topRows<7>() += sums.topRightCorner(7, errors);
-  camera->information += sums.bottomRightCorner(errors, errors);
-  camera->gradient += sums.col(residual_index).tail(errors);
+  if (!shared) return;
+  shared->mixed.topRows<7>() += sums.topRightCorner(7, errors);
+  shared->information += sums.bottomRightCorner(errors, errors);
+  shared->gradient += sums.col(residual_index).tail(errors);
 }
 
 double LampRim::own_chi2() const {
@@ -346,8 +353,8 @@ double LampRim::robust_excess() const {
   return sum;
 }
 
-double LampRim::chi2(const State& state, Eigen::VectorXd* by_camera) {
-  if (has_errors()) return chi2_with_errors(state, by_camera);
+double LampRim::chi2(const State& state, Eigen::VectorXd* by_shared) {
+  if (has_errors()) return chi2_with_errors(state, by_shared);
   const LampInCam in_cam = lamp_in_cam(*lamp_.lamp, state.cam_from_world);
   const Eigen::Vector2d shift =
       light_shift_px(*lamp_.lamp, *lamp_.blob, state.cam_from_world, scene_);
@@ -370,7 +377,7 @@ double LampRim::chi2(const State& state, Eigen::VectorXd* by_camera) {
 }
 
 /// The errors of the lamp follow the pose: they are estimated anew.
-double LampRim::chi2_with_errors(const State& state, Eigen::VectorXd* by_camera) {
+double LampRim::chi2_with_errors(const State& state, Eigen::VectorXd* by_shared) {
   const Eigen::VectorXd weights = weights_;
   const LampError estimate = next_unit_error_;
   const Eigen::Vector3d anywhere = Eigen::Vector3d::Zero();  // the pivot has no effect on chi2
@@ -383,7 +390,7 @@ double LampRim::chi2_with_errors(const State& state, Eigen::VectorXd* by_camera)
   const Eigen::MatrixXd sums = *std::exchange(sums_, std::nullopt);
   weights_ = weights;
   next_unit_error_ = estimate;
-  if (by_camera) *by_camera += sums.col(residual_index).tail(by_camera->size());
+  if (by_shared) *by_shared += sums.col(residual_index).tail(by_shared->size());
   return sums(residual_index, residual_index) + lost_chi2 * lost_;
 }
 

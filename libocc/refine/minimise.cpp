@@ -127,7 +127,7 @@ Minimum minimise(RefineProblem& problem, const State& start, int max_iterations,
   // The remaining error is below the resolution of the cost.
   if (gauss_newton(problem, steps, max_iterations, tolerance_px, true, minimum))
     run_newton(problem, max_iterations, tolerance_px, minimum);
-  minimum.camera_errors = problem.camera_estimate(Vector8::Zero());
+  minimum.shared_errors = problem.shared_estimate(Vector8::Zero());
   minimum.parts = problem.parts();
   return minimum;
 }
@@ -141,7 +141,7 @@ Minimum polish(RefineProblem& problem, const State& start, int max_iterations,
   return minimum;
 }
 
-Minimum step_with_camera(RefineProblem& problem, const State& start, double tolerance_px) {
+Minimum step_with_shared_errors(RefineProblem& problem, const State& start, double tolerance_px) {
   Steps steps(problem, start);
   Minimum minimum{start, steps.pivot(), steps.normal(), 1, steps.defined(), false, Matrix6::Zero()};
   if (!minimum.defined) return minimum;
@@ -150,7 +150,7 @@ Minimum step_with_camera(RefineProblem& problem, const State& start, double tole
   if (!minimum.defined) return minimum;
   minimum.converged = problem.max_motion_px(start, steps.pivot(), step) <= tolerance_px;
   minimum.state = moved(start, steps.pivot(), step);
-  minimum.camera_errors = problem.camera_estimate(step);
+  minimum.shared_errors = problem.shared_estimate(step);
   minimum.parts = problem.parts();
   return minimum;
 }

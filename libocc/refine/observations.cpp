@@ -216,9 +216,9 @@ Scene with_model_errors(const Scene& stated, const std::vector<Match>& matches,
 Observations observe(const std::vector<Match>& matches, const std::vector<Blob>& blobs,
                      const Scene& scene, const RefineOptions& options, const ImageView* image) {
   Observations all;
-  if (!scene.camera.is_exact()) {
-    all.camera_errors = CameraErrors(scene.camera);
-    all.camera_shift.setZero(all.camera_errors.count());
+  if (has_shared_errors(scene)) {
+    all.shared_errors = SharedErrors(scene);
+    all.shared_shift.setZero(all.shared_errors.count());
   }
   all.lamps.reserve(matches.size());
   std::size_t rim_count = 0;
@@ -246,7 +246,7 @@ Observations observe(const std::vector<Match>& matches, const std::vector<Blob>&
     all.has_flux = all.has_flux || observation.has_flux;
     all.lamps.push_back(observation);
   }
-  if (image && options.rung == Rung::direct && scene.camera.is_exact()) {
+  if (image && options.rung == Rung::direct && !has_shared_errors(scene)) {
     observe_pixels(matches, blobs, scene, options, *image, all);
   }
   return all;

@@ -103,7 +103,8 @@ double common_growth_px(const Refined& refined, const std::vector<Blob>& blobs,
 }
 
 /// Variance of the size of a lamp's image by the stated errors of the scene: those of its size, its
-/// distance and its tilt, and of the camera's scale, which is that between two points of its rim.
+/// distance and its tilt, those of the map that change its distance, and of the camera's scale,
+/// which is that between two points of its rim.
 double size_variance_px2(const Lamp& lamp, const Blob& blob, const Rigid3& cam_from_world,
                          const Scene& scene) {
   const Eigen::Vector3d centre = cam_from_world * lamp.centre_m;
@@ -113,15 +114,18 @@ double size_variance_px2(const Lamp& lamp, const Blob& blob, const Rigid3& cam_f
     relative = square(errors->size) + square(errors->tilt_rad) +
                errors->position_m.cwiseProduct(sight).squaredNorm() / centre.squaredNorm();
   }
+  const SharedErrors shared(scene);
+  relative +=
+      (shared.motion(lamp, cam_from_world).transpose() * centre.normalized()).squaredNorm() /
+      centre.squaredNorm();
   double variance_px2 = relative * square(blob.ellipse.semi_major_px);
-  if (!scene.camera.is_exact()) {
-    const CameraErrors camera(scene.camera);
+  if (shared.camera_count() > 0) {
     const Eigen::Vector3d across = lamp.reach_m() * centre.unitOrthogonal();
     const Eigen::Vector3d up = centre.normalized().cross(across);
     for (const Eigen::Vector3d& reach : {across, up})
       variance_px2 += 0.5 *
-                      (camera.by_errors(scene.camera, centre + reach) -
-                       camera.by_errors(scene.camera, centre - reach))
+                      (shared.by_camera(scene.camera, centre + reach) -
+                       shared.by_camera(scene.camera, centre - reach))
                           .squaredNorm() /
                       4;
   }

@@ -75,11 +75,11 @@ Eigen::Vector3d RefineProblem::pivot(const State& state) const {
 bool RefineProblem::linearise(const State& state, const Eigen::Vector3d& pivot,
                               PoseNormalEquations& normal) {
   normal = PoseNormalEquations{};
-  const Eigen::Index camera_errors = observations_.camera_errors.count();
-  std::optional<CameraSums> camera;
-  if (camera_errors > 0) camera.emplace(camera_errors);
+  const Eigen::Index shared_errors = observations_.shared_errors.count();
+  std::optional<SharedSums> shared;
+  if (shared_errors > 0) shared.emplace(shared_errors);
   for (std::size_t i = 0; i < observations_.lamps.size(); ++i) {
-    CameraSums* const sums = camera ? &*camera : nullptr;
+    SharedSums* const sums = shared ? &*shared : nullptr;
     const PartRecorder before(normal, sums);
     if (!add_lamp(i, state, pivot, normal, sums)) return false;
     before.finish(normal, sums, parts_.lamps[i]);
@@ -87,32 +87,32 @@ bool RefineProblem::linearise(const State& state, const Eigen::Vector3d& pivot,
   parts_.prior = -normal.information;
   add_priors(state, pivot, normal);
   parts_.prior += normal.information;
-  if (camera) eliminate_camera(*camera, normal);
+  if (shared) eliminate_shared(*shared, normal);
   return true;
 }
 
 std::vector<RefineProblem::LampSums> RefineProblem::lamp_sums(const State& state,
                                                               const Eigen::Vector3d& pivot) {
-  const Eigen::Index errors = observations_.camera_errors.count();
+  const Eigen::Index errors = observations_.shared_errors.count();
   std::vector<LampSums> out;
   for (std::size_t i = 0; i < observations_.lamps.size(); ++i) {
-    LampSums lamp{Matrix8::Zero(), CameraSums(errors)};
+    LampSums lamp{Matrix8::Zero(), SharedSums(errors)};
     PoseNormalEquations normal;
-    add_lamp(i, state, pivot, normal, errors > 0 ? &lamp.camera : nullptr);
+    add_lamp(i, state, pivot, normal, errors > 0 ? &lamp.shared : nullptr);
     lamp.information = normal.information;
     out.push_back(std::move(lamp));
   }
   return out;
 }
 
-void RefineProblem::eliminate_camera(const CameraSums& camera, PoseNormalEquations& normal) {
-  camera_gain_ = camera.gain();
-  camera_estimate_ = -camera_gain_ * camera.gradient;
-  camera_mixed_ = camera.mixed;
-  const Eigen::MatrixXd half = core::product(camera.mixed, camera_gain_);
-  normal.information -= core::product_transposed(half, camera.mixed);
-  normal.gradient += camera.mixed * camera_estimate_;
-  const double reduction = -camera.gradient.dot(camera_estimate_);
+void RefineProblem::eliminate_shared(const SharedSums& shared, PoseNormalEquations& normal) {
+  shared_gain_ = shared.gain();
+  shared_estimate_ = -shared_gain_ * shared.gradient;
+  shared_mixed_ = shared.mixed;
+  const Eigen::MatrixXd half = core::product(shared.mixed, shared_gain_);
+  normal.information -= core::product_transposed(half, shared.mixed);
+  normal.gradient += shared.mixed * shared_estimate_;
+  const double reduction = -shared.gradient.dot(shared_estimate_);
   normal.chi2 -= reduction;
   normal.robust_chi2 -= reduction;
 }
@@ -129,21 +129,21 @@ void RefineProblem::report_own_chi2(const State& state, std::vector<LampObservat
       const auto centroid = centroid_residual(lamp, state, pivot(state));
       if (!centroid) continue;
       Eigen::Vector2d off_px = centroid->residual_px;
-      if (centroid->by_camera.cols() > 0)
-        off_px += centroid->by_camera * observations_.camera_shift;
+      if (centroid->by_shared.cols() > 0)
+        off_px += centroid->by_shared * observations_.shared_shift;
       lamp.own_chi2 = off_px.dot(centroid->information * off_px);
       lamp.own_coordinates = 2;
     }
   }
 }
 
-Eigen::VectorXd RefineProblem::camera_estimate(const Vector8& step) const {
-  if (camera_gain_.size() == 0) return {};
-  return camera_estimate_ - camera_gain_ * (camera_mixed_.transpose() * step);
+Eigen::VectorXd RefineProblem::shared_estimate(const Vector8& step) const {
+  if (shared_gain_.size() == 0) return {};
+  return shared_estimate_ - shared_gain_ * (shared_mixed_.transpose() * step);
 }
 
 bool RefineProblem::add_lamp(std::size_t index, const State& state, const Eigen::Vector3d& pivot,
-                             PoseNormalEquations& normal, CameraSums* camera) {
+                             PoseNormalEquations& normal, SharedSums* shared) {
   const LampObservation& lamp = observations_.lamps[index];
   Held& held = held_[index];
   held.by_rim = false;
@@ -159,8 +159,8 @@ bool RefineProblem::add_lamp(std::size_t index, const State& state, const Eigen:
     held.by_rim = !lamp.has_centroid || lost <= max_lost_share * count;
   }
   if (held.by_rim) {
-    rims_[index].add_to(normal, camera);
-  } else if (lamp.has_centroid && !add_centroid(lamp, state, pivot, normal, camera, held)) {
+    rims_[index].add_to(normal, shared);
+  } else if (lamp.has_centroid && !add_centroid(lamp, state, pivot, normal, shared, held)) {
     return false;
   }
   return !lamp.has_flux || add_flux(lamp, state, pivot, held.flux_weight, normal);
@@ -180,10 +180,10 @@ std::optional<RefineProblem::CentroidResidual> RefineProblem::centroid_residual(
         image_covariance_px2(*lamp.lamp, state.cam_from_world, scene_.camera, lamp.errors);
     centroid.information = covariance.inverse();
   }
-  if (observations_.camera_errors.count() > 0) {
-    centroid.by_camera = -observations_.camera_errors.by_errors(
-        scene_.camera, state.cam_from_world * lamp.lamp->centre_m);
-    centroid.residual_px -= centroid.by_camera * observations_.camera_shift;
+  if (observations_.shared_errors.count() > 0) {
+    centroid.by_shared =
+        -observations_.shared_errors.by_errors(scene_.camera, *lamp.lamp, state.cam_from_world);
+    centroid.residual_px -= centroid.by_shared * observations_.shared_shift;
   }
   for (int i = 0; i < 2; ++i) {
     Vector8 row = Vector8::Zero();
@@ -196,24 +196,24 @@ std::optional<RefineProblem::CentroidResidual> RefineProblem::centroid_residual(
 
 Eigen::Matrix2d RefineProblem::CentroidResidual::covariance_px2() const {
   Eigen::Matrix2d covariance = information.inverse();
-  if (by_camera.cols() > 0) covariance += core::product_transposed(by_camera, by_camera);
+  if (by_shared.cols() > 0) covariance += core::product_transposed(by_shared, by_shared);
   return covariance;
 }
 
 bool RefineProblem::add_centroid(const LampObservation& lamp, const State& state,
                                  const Eigen::Vector3d& pivot, PoseNormalEquations& normal,
-                                 CameraSums* camera, Held& held) const {
+                                 SharedSums* shared, Held& held) const {
   const std::optional<CentroidResidual> p = centroid_residual(lamp, state, pivot);
   if (!p) return false;
   held.centroid_information = p->information;
-  held.by_camera = p->by_camera;
+  held.by_shared = p->by_shared;
   const Eigen::Matrix<double, 8, 2> informed = p->jacobian.transpose() * p->information;
   const double chi2 = p->residual_px.dot(p->information * p->residual_px);
-  if (camera) {
-    const Eigen::Matrix2Xd weighted = p->information * p->by_camera;
-    camera->mixed += core::product(informed, p->by_camera);
-    camera->information += core::transposed_product(p->by_camera, weighted);
-    camera->gradient += weighted.transpose() * p->residual_px;
+  if (shared) {
+    const Eigen::Matrix2Xd weighted = p->information * p->by_shared;
+    shared->mixed += core::product(informed, p->by_shared);
+    shared->information += core::transposed_product(p->by_shared, weighted);
+    shared->gradient += weighted.transpose() * p->residual_px;
   }
   normal.information += informed.lazyProduct(p->jacobian);
   normal.gradient.noalias() += informed * p->residual_px;
@@ -268,22 +268,22 @@ double RefineProblem::chi2(const State& state) {
   PoseNormalEquations own;
   add_priors(state, Eigen::Vector3d::Zero(), own);
   double sum = own.chi2;
-  const Eigen::Index camera_errors = observations_.camera_errors.count();
-  Eigen::VectorXd by_camera = Eigen::VectorXd::Zero(camera_errors);
+  const Eigen::Index shared_errors = observations_.shared_errors.count();
+  Eigen::VectorXd by_shared = Eigen::VectorXd::Zero(shared_errors);
   for (std::size_t i = 0; i < observations_.lamps.size(); ++i) {
     const LampObservation& lamp = observations_.lamps[i];
     if (lamp.contradicts) continue;
     if (held_[i].by_rim) {
-      sum += rims_[i].chi2(state, camera_errors > 0 ? &by_camera : nullptr);
+      sum += rims_[i].chi2(state, shared_errors > 0 ? &by_shared : nullptr);
     } else if (lamp.has_centroid) {
       const std::optional<Eigen::Vector2d> centre =
           predicted_centroid_px(*lamp.lamp, *lamp.blob, state.cam_from_world, scene_, rung_);
       if (!centre) return std::numeric_limits<double>::infinity();
       const Held& held = held_[i];
       Eigen::Vector2d residual = scene_.camera.difference_px(lamp.blob->centroid_px, *centre);
-      if (camera_errors > 0) {
-        residual -= held.by_camera * observations_.camera_shift;
-        by_camera += held.by_camera.transpose() * held.centroid_information * residual;
+      if (shared_errors > 0) {
+        residual -= held.by_shared * observations_.shared_shift;
+        by_shared += held.by_shared.transpose() * held.centroid_information * residual;
       }
       sum += residual.dot(held.centroid_information * residual);
     }
@@ -293,7 +293,7 @@ double RefineProblem::chi2(const State& state) {
       sum += held_[i].flux_weight * *residual * *residual;
     }
   }
-  return camera_errors > 0 ? sum - by_camera.dot(camera_gain_ * by_camera) : sum;
+  return shared_errors > 0 ? sum - by_shared.dot(shared_gain_ * by_shared) : sum;
 }
 
 double RefineProblem::max_motion_px(const State& state, const Eigen::Vector3d& pivot,

@@ -119,7 +119,7 @@ double contradiction_chi2(const Observations& observations, const Scene& scene, 
     if (!centre) continue;
     const Eigen::Vector2d residual = scene.camera.difference_px(lamp.blob->centroid_px, *centre);
     Eigen::Matrix2d information = lamp.centroid_information;
-    if (lamp.errors || observations.camera_errors.count() > 0)
+    if (lamp.errors || observations.shared_errors.count() > 0)
       information =
           (information.inverse() + image_covariance_px2(*lamp.lamp, state.cam_from_world, scene))
               .inverse();
@@ -223,18 +223,18 @@ std::optional<Minimum> minimise_by_pixels(const State& start, Observations& obse
   return std::nullopt;
 }
 
-/// The observations with the camera that contains these errors. False if that is no camera.
-bool linearise_camera(const Eigen::VectorXd& errors, const Camera& stated,
+/// The observations of the scene that contains these errors. False if that has no camera.
+bool linearise_shared(const Eigen::VectorXd& errors, const Scene& stated,
                       const std::vector<Match>& matches, const std::vector<Blob>& blobs,
                       const RefineOptions& options, Observations& observations, Scene& scene) {
   try {
-    scene.camera = observations.camera_errors.camera(stated, errors);
+    observations.shared_errors.apply(stated, errors, scene);
   } catch (const std::invalid_argument&) {  // such as a negative focal length
     return false;
   }
   const Observations before = std::move(observations);
   observations = observe(matches, blobs, scene, options);
-  observations.camera_shift = errors;
+  observations.shared_shift = errors;
   for (std::size_t i = 0; i < matches.size(); ++i) {
     observations.lamps[i].contradicts = before.lamps[i].contradicts;
     observations.lamps[i].unit_error = before.lamps[i].unit_error;
@@ -242,19 +242,19 @@ bool linearise_camera(const Eigen::VectorXd& errors, const Camera& stated,
   return true;
 }
 
-/// Minimum for the rungs below direct if the camera has errors. They can move the image by many
-/// pixels, so the camera is linearised anew at their estimate until that is stable. The estimates
+/// Minimum for the rungs below direct if there are shared errors. They can move the image by many
+/// pixels, so the scene is linearised anew at their estimate until that is stable. The estimates
 /// by centroids converge from farther away than those by rims.
-Minimum minimise_with_camera(const State& start, const std::vector<Match>& matches,
-                             const std::vector<Blob>& blobs, const RefineOptions& options,
-                             Observations& observations, Scene& scene) {
+Minimum minimise_with_shared_errors(const State& start, const std::vector<Match>& matches,
+                                    const std::vector<Blob>& blobs, const RefineOptions& options,
+                                    Observations& observations, Scene& scene) {
   constexpr int max_passes = 20;
   constexpr double rough_sigmas = 0.01, stable_sigmas = 1e-3;
-  const Camera stated = scene.camera;
-  /// Returns the step in sigmas; infinite if the estimates are no camera.
+  const Scene stated = scene;
+  /// Returns the step in sigmas; infinite if there is no camera with the estimates.
   const auto linearise_at = [&](const Minimum& minimum) {
-    const double step = (minimum.camera_errors - observations.camera_shift).norm();
-    return linearise_camera(minimum.camera_errors, stated, matches, blobs, options, observations,
+    const double step = (minimum.shared_errors - observations.shared_shift).norm();
+    return linearise_shared(minimum.shared_errors, stated, matches, blobs, options, observations,
                             scene)
                ? step
                : infinity;
@@ -282,7 +282,7 @@ Minimum minimise_with_camera(const State& start, const std::vector<Match>& match
     const bool is_last = minimum.converged && step < stable_sigmas;
     const Rung rung = observations.rim.empty() ? std::min(options.rung, Rung::centres) : Rung::rims;
     RefineProblem problem(observations, scene, options, rung);
-    Minimum next = step_with_camera(problem, minimum.state, options.tolerance_px);
+    Minimum next = step_with_shared_errors(problem, minimum.state, options.tolerance_px);
     if (!next.defined) {  // diverged: a lamp left the camera's domain
       minimum.converged = false;
       break;
@@ -339,7 +339,7 @@ void report_separation(const Minimum& minimum, const std::vector<Match>& matches
   for (const Match& match : matches) indices.push_back(match.lamp);
   const Rigid3& pose = minimum.state.cam_from_world;
   refined.separation =
-      separation_model(minimum.parts, indices, pose, minimum.pivot, minimum.camera_errors);
+      separation_model(minimum.parts, indices, pose, minimum.pivot, minimum.shared_errors);
   refined.separation.variance_factor = refined.variance_factor;
   refined.separation.position_covariance_m2 = position_covariance(pose, refined.covariance);
   refined.separation.excluded = static_cast<int>(std::count_if(
@@ -408,10 +408,10 @@ Result<Refined> refine_with(const Rigid3& start, const std::vector<Match>& match
   options.validate();
   require(start.rotation.allFinite() && start.translation.allFinite(), "start", start.matrix(),
           "finite");
-  std::optional<Scene> corrected;  // the scene with model errors, and with the estimated camera
+  std::optional<Scene> corrected;  // the scene with model errors, and with estimated shared errors
   if (has_model_errors(options))
     corrected = with_model_errors(stated, matches, start, options);
-  else if (!stated.camera.is_exact())
+  else if (has_shared_errors(stated))
     corrected = stated;
   const Scene& scene = corrected ? *corrected : stated;
   Observations observations = observe(matches, blobs, scene, options, image);
@@ -422,8 +422,8 @@ Result<Refined> refine_with(const Rigid3& start, const std::vector<Match>& match
   const int equations = observations.equations(options, options.rung);
   if (equations >= 6) {
     Minimum minimum =
-        !stated.camera.is_exact()
-            ? minimise_with_camera(state, matches, blobs, options, observations, *corrected)
+        has_shared_errors(stated)
+            ? minimise_with_shared_errors(state, matches, blobs, options, observations, *corrected)
             : find_minimum(state, observations, scene, options);
     if (minimum.converged && !observations.has_pixels() && may_be_flat(minimum)) {
       const Rung rung =

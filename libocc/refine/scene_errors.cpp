@@ -26,9 +26,18 @@ std::optional<LampErrors> errors_of(const Lamp& lamp, const Scene& scene) {
 }
 
 bool has_exact_map(const Scene& scene) {
-  return std::none_of(scene.lamps.begin(), scene.lamps.end(),
-                      [&](const Lamp& lamp) { return errors_of(lamp, scene).has_value(); });
+  return std::none_of(scene.lamps.begin(), scene.lamps.end(), [&](const Lamp& lamp) {
+    return errors_of(lamp, scene).has_value() || !lamp.shared_errors_m.empty();
+  });
 }
+
+bool has_shared_errors(const Scene& scene) {
+  return !scene.camera.is_exact() ||
+         std::any_of(scene.lamps.begin(), scene.lamps.end(),
+                     [](const Lamp& lamp) { return !lamp.shared_errors_m.empty(); });
+}
+
+bool is_exact(const Scene& scene) { return scene.camera.is_exact() && has_exact_map(scene); }
 
 LampInCam with_error(LampInCam lamp, const LampError& error, const Rigid3& cam_from_world) {
   const Eigen::Matrix3d turn = so3_exp(cam_from_world.rotation * error.head<3>());
@@ -49,17 +58,47 @@ Eigen::Matrix<double, 6, 7> unit_motion(const LampErrors& errors, const LampInCa
   return motion;
 }
 
-CameraErrors::CameraErrors(const Camera& camera) : root_(camera.root_of_covariance()) {}
-
-Camera CameraErrors::camera(const Camera& stated, const Eigen::VectorXd& errors) const {
-  Eigen::VectorXd values = root_ * errors;
-  const std::vector<CameraParameter> parameters = stated.parameters();
-  for (std::size_t i = 0; i < parameters.size(); ++i)
-    values[static_cast<Eigen::Index>(i)] += parameters[i].value;
-  return stated.with_parameters(values);
+SharedErrors::SharedErrors(const Scene& scene) : root_(scene.camera.root_of_covariance()) {
+  for (const Lamp& lamp : scene.lamps)
+    map_count_ = std::max(map_count_, static_cast<Eigen::Index>(lamp.shared_errors_m.size()));
 }
 
-Eigen::Matrix2Xd CameraErrors::by_errors(const Camera& camera, const Eigen::Vector3d& point) const {
+void SharedErrors::apply(const Scene& stated, const Eigen::VectorXd& errors, Scene& scene) const {
+  if (root_.cols() > 0) {
+    Eigen::VectorXd values = root_ * errors.head(root_.cols());
+    const std::vector<CameraParameter> parameters = stated.camera.parameters();
+    for (std::size_t i = 0; i < parameters.size(); ++i)
+      values[static_cast<Eigen::Index>(i)] += parameters[i].value;
+    scene.camera = stated.camera.with_parameters(values);
+  }
+  const Eigen::VectorXd of_map = errors.tail(map_count_);
+  for (std::size_t i = 0; i < scene.lamps.size(); ++i) {
+    scene.lamps[i].centre_m = stated.lamps[i].centre_m;
+    for (std::size_t j = 0; j < scene.lamps[i].shared_errors_m.size(); ++j)
+      scene.lamps[i].centre_m +=
+          of_map[static_cast<Eigen::Index>(j)] * scene.lamps[i].shared_errors_m[j];
+  }
+}
+
+Eigen::Matrix3Xd SharedErrors::motion(const Lamp& lamp, const Rigid3& cam_from_world) const {
+  Eigen::Matrix3Xd motion = Eigen::Matrix3Xd::Zero(3, map_count_);
+  for (std::size_t j = 0; j < lamp.shared_errors_m.size(); ++j)
+    motion.col(static_cast<Eigen::Index>(j)) = cam_from_world.rotation * lamp.shared_errors_m[j];
+  return motion;
+}
+
+Eigen::Matrix2Xd SharedErrors::by_errors(const Camera& camera, const Lamp& lamp,
+                                         const Rigid3& cam_from_world) const {
+  const Eigen::Vector3d centre = cam_from_world * lamp.centre_m;
+  Eigen::Matrix2Xd out = Eigen::Matrix2Xd::Zero(2, count());
+  Eigen::Matrix<double, 2, 3> by_shift;
+  if (!camera.project(centre, &by_shift)) return out;
+  out.leftCols(root_.cols()) = by_camera(camera, centre);
+  if (map_count_ > 0) out.rightCols(map_count_) = by_shift * motion(lamp, cam_from_world);
+  return out;
+}
+
+Eigen::Matrix2Xd SharedErrors::by_camera(const Camera& camera, const Eigen::Vector3d& point) const {
   Camera::ParameterJacobian by_parameters;
   if (!camera.project(point, nullptr, &by_parameters))
     return Eigen::Matrix2Xd::Zero(2, root_.cols());
@@ -81,9 +120,9 @@ Eigen::Matrix2d image_covariance_px2(const Lamp& lamp, const Rigid3& cam_from_wo
                                      const Scene& scene) {
   Eigen::Matrix2d covariance =
       image_covariance_px2(lamp, cam_from_world, scene.camera, errors_of(lamp, scene));
-  if (!scene.camera.is_exact()) {
+  if (has_shared_errors(scene)) {
     const Eigen::Matrix2Xd by_errors =
-        CameraErrors(scene.camera).by_errors(scene.camera, cam_from_world * lamp.centre_m);
+        SharedErrors(scene).by_errors(scene.camera, lamp, cam_from_world);
     covariance += by_errors * by_errors.transpose();
   }
   return covariance;

@@ -112,6 +112,9 @@ void Lamp::validate() {
   if (code && waveform.empty()) set_code(*code);
   check_fields(*this, lamp_fields, [this] { return "lamp " + std::to_string(id) + ": "; });
   check_waveform(*this);
+  for (const Eigen::Vector3d& displacement_m : shared_errors_m)
+    if (!displacement_m.allFinite())
+      require_of_lamp(false, id, "shared_errors_m", vector_text(displacement_m), "finite");
   if (!(colour.allFinite() && colour.minCoeff() >= 0 && colour.maxCoeff() > 0))
     require_of_lamp(false, id, "colour", vector_text(colour),
                     "three numbers, zero or positive, not all zero");

@@ -48,6 +48,10 @@ struct LIBOCC_API Lamp {
   double exponent = 2;           ///< lame: n in [1, 100]; 2 is an ellipse
   /// Standard deviations of centre_m along the axes of the world; none: Scene::map_sigma_m.
   std::optional<PerAxis> position_sigma_m;
+  /// Errors of the map that lamps share, beside position_sigma_m, which is of this lamp alone:
+  /// displacement of centre_m by one standard deviation of each error. All lamps with such errors
+  /// list the same ones in the same order.
+  std::vector<Eigen::Vector3d> shared_errors_m;
   double size_sigma = 0;  ///< relative standard deviation of radius_m or size_m
   /// Standard deviation of the directions of the normal and, of shapes with sides, of x_axis.
   std::optional<double> tilt_sigma_rad;

@@ -48,6 +48,7 @@ void check_codes(const std::vector<Lamp>& lamps) {
 void check_position_sigmas(const Scene& scene) {
   bool stated = false;
   for (const Lamp& lamp : scene.lamps) {
+    if (!lamp.shared_errors_m.empty()) return;
     const std::optional<PerAxis> sigma_m = scene.position_sigma_m(lamp);
     if (sigma_m && !sigma_m->isZero(0)) return;
     stated = stated || sigma_m;
@@ -57,7 +58,30 @@ void check_position_sigmas(const Scene& scene) {
             "positive for one lamp or more; leave it out if the map is exact");
 }
 
+// Errors are known by their place in the list.
+void check_shared_errors(const std::vector<Lamp>& lamps) {
+  const Lamp* first = nullptr;
+  for (const Lamp& lamp : lamps) {
+    if (lamp.shared_errors_m.empty()) continue;
+    if (!first) first = &lamp;
+    const std::size_t count = first->shared_errors_m.size();
+    if (lamp.shared_errors_m.size() != count)
+      require(
+          false, "lamp " + std::to_string(lamp.id) + ": shared_errors_m",
+          std::to_string(lamp.shared_errors_m.size()) + " displacements",
+          "as long as that of lamp " + std::to_string(first->id) + ", " + std::to_string(count));
+  }
+}
+
 }  // namespace
+
+Eigen::Vector3d Scene::position_variance_m2(const Lamp& lamp) const {
+  Eigen::Vector3d variance_m2 = Eigen::Vector3d::Zero();
+  if (const auto own = position_sigma_m(lamp)) variance_m2 = own->cwiseAbs2();
+  for (const Eigen::Vector3d& displacement_m : lamp.shared_errors_m)
+    variance_m2 += displacement_m.cwiseAbs2();
+  return variance_m2;
+}
 
 void Scene::validate() {
   sensor.validate();
@@ -76,6 +100,7 @@ void Scene::validate() {
   if (map_sigma_m && !NotNegative{}.holds(*map_sigma_m))
     require(false, "map_sigma_m", vector_text(*map_sigma_m), "zero or positive");
   check_position_sigmas(*this);
+  check_shared_errors(lamps);
   lens.validate();
   effects.validate();
   require(ambient_w_m2 >= 0 && std::isfinite(ambient_w_m2), "ambient_w_m2", ambient_w_m2,

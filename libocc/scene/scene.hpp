@@ -63,10 +63,12 @@ struct LIBOCC_API Scene {
   /// light.
   Scene as_rendered() const;
 
-  /// Lamp::position_sigma_m, or map_sigma_m; none: the lamp's position is exact.
+  /// Lamp::position_sigma_m, or map_sigma_m; none: the lamp's position has no error of its own.
   std::optional<PerAxis> position_sigma_m(const Lamp& lamp) const {
     return lamp.position_sigma_m ? lamp.position_sigma_m : map_sigma_m;
   }
+  /// Variances of the lamp's position along the axes of the world, with the shared errors.
+  Eigen::Vector3d position_variance_m2(const Lamp& lamp) const;
 };
 
 }  // namespace occ

@@ -64,11 +64,14 @@ void SystematicErrors::add_scene(const refine::ErrorGradient& errors, const Scen
                                  int camera, PoseObservation& seen) {
   if (errors.sources.empty()) return;
   separate(errors.gradient_by_errors, seen);
-  for (const auto& source : errors.sources)
-    seen.systematic.push_back(
-        source.lamp < 0 ? number({camera_parameter, camera, source.component})
-                        : number({lamp, scene.lamps[static_cast<std::size_t>(source.lamp)].id,
-                                  source.component}));
+  using Source = refine::ErrorGradient::Source;
+  for (const Source& source : errors.sources) {
+    Key key{map, 0, source.component};
+    if (source.kind == Source::camera) key = {camera_parameter, camera, source.component};
+    if (source.kind == Source::lamp)
+      key = {lamp, scene.lamps[static_cast<std::size_t>(source.lamp_index)].id, source.component};
+    seen.systematic.push_back(number(key));
+  }
 }
 
 void SystematicErrors::add_own(int camera, const Vector6& velocity, PoseObservation& seen) {

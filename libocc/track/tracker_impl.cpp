@@ -52,7 +52,7 @@ int TrackerImpl::add_camera(const Scene& scene, const Rigid3& cam_from_body) {
           "cam_from_body", cam_from_body.matrix(), "finite");
   views_.push_back({checked(scene), cam_from_body});
   CameraState& view = views_.back();
-  view.is_exact = view.scene.camera.is_exact() && refine::has_exact_map(view.scene);
+  view.is_exact = refine::is_exact(view.scene);
   return static_cast<int>(views_.size()) - 1;
 }
 

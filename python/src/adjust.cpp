@@ -152,6 +152,10 @@ void define_precision(py::module_& m) {
           "position", [](const Known& k, const Target& t) { return k.value.position(t); },
           py::arg("target"), "Covariance of a target's position, (3, 3) [m^2].")
       .def(
+          "positions",
+          [](const Known& k, const Target& a, const Target& b) { return k.value.positions(a, b); },
+          py::arg("a"), py::arg("b"), "Joint covariance of two positions, (6, 6) [m^2].")
+      .def(
           "distance_sigma_m",
           [](const Known& k, const Target& a, const Target& b) {
             return k.value.distance_sigma_m(a, b);

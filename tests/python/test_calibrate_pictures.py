@@ -14,6 +14,7 @@ from exif_pictures import FOCAL_35MM, ZOOM, save_with_exif
 import libocc as occ
 from libocc.cli import main
 from libocc.cli.commands.calibrate_camera import focal_of_pictures, start_camera
+from libocc.cli.commands.calibrate_lamps import shared_errors
 from libocc.cli.exif import FocalLength
 
 CAMERA = occ.Camera.pinhole(
@@ -240,9 +241,50 @@ def test_lamps_are_surveyed_better_than_the_map(tmp_path: Path) -> None:
         return float(np.abs(apart[0] - apart[1]).max())
 
     assert spread(surveyed.lamps) < 1e-3 < 5e-3 < spread(rough.lamps)
-    sigmas_m = np.array([lamp.position_sigma_m for lamp in surveyed.lamps])
+    shared_m = np.array([lamp.shared_errors_m for lamp in surveyed.lamps])
+    sigmas_m = np.sqrt([np.square(lamp.position_sigma_m) for lamp in surveyed.lamps] + (shared_m**2).sum(axis=1))
     printed_mm = np.array([line.split("sigma ")[1].split()[:3] for line in printed], dtype=float)
     assert 1e3 * sigmas_m == pytest.approx(printed_mm, rel=0.06)
+
+
+def test_a_joint_covariance_is_split_into_own_and_shared_errors() -> None:
+    random = np.random.default_rng(5)
+    places = random.uniform(-2, 2, (7, 3))
+    own = np.array([[0.001, 0.002, 0.003]] * 7)
+    independent = np.zeros((7, 7, 3, 3))
+    independent[range(7), range(7)] = np.eye(3) * own[:, None] ** 2
+    sigmas_m, errors_m = shared_errors(independent)
+    assert len(errors_m) == 0 and sigmas_m == pytest.approx(own)
+
+    scale, height = 0.005 * places, np.array([[0, 0, 0.02]] * 7)
+    joint = independent + sum(np.einsum("ia,jb->ijab", error, error) for error in (scale, height))
+    sigmas_m, errors_m = shared_errors(joint)
+    assert len(errors_m) == 2
+    stated = np.zeros_like(joint)
+    stated[range(7), range(7)] = np.eye(3) * sigmas_m[:, None] ** 2
+    stated += sum(np.einsum("ia,jb->ijab", error, error) for error in errors_m)
+    for motion in (scale, height):
+        true, now = (np.einsum("ia,ijab,jb", motion, covariance, motion) for covariance in (joint, stated))
+        assert true < now < 1.1 * true
+    assert np.einsum("iiaa->ia", stated) == pytest.approx(np.einsum("iiaa->ia", joint))
+
+
+def test_the_scale_of_a_survey_is_a_shared_error(tmp_path: Path, rough_survey: list[Path]) -> None:
+    scene = occ.Scene.load(Path(__file__).parents[2] / "data/scenes/irregular_six.yaml")
+    bar_m, sigma_m = float(np.linalg.norm(scene.lamps[0].centre_m - scene.lamps[2].centre_m)), 0.02
+    code, _, err = run("calibrate", "lamps", *rough_survey, "--map", "irregular_six",
+                       "--distance", "lamp 0", "lamp 2", bar_m, sigma_m, "--out", tmp_path / "out")
+    assert code == 0, err
+    surveyed = occ.Scene.load(tmp_path / "out" / "scene.yaml")
+    errors_m = np.array([lamp.shared_errors_m for lamp in surveyed.lamps])  # (lamp, error, axis)
+    between_m = np.array(surveyed.lamps[2].centre_m) - surveyed.lamps[0].centre_m
+    stretch_m = (errors_m[2] - errors_m[0]) @ between_m / np.linalg.norm(between_m)
+    assert np.linalg.norm(stretch_m) == pytest.approx(sigma_m, rel=0.1)
+    # A camera 2.7 m below the lamps is as far off as the scale, if the sizes of the lamps do not determine that.
+    pose = occ.look_at(position_m=[1.9, 2.1, 0.3], target_m=[2, 2, 3], up=[0, 1, 0])
+    sized = surveyed.replace(lamps=[lamp.replace(size_sigma=0.1) for lamp in surveyed.lamps])
+    fix = occ.locate(occ.simulate(scene, pose, seed=9)[0], sized)
+    assert fix.ok and fix.position_covariance_m2[2, 2] ** 0.5 == pytest.approx(2.7 * sigma_m / bar_m, rel=0.15)
 
 
 @pytest.fixture

@@ -9,6 +9,7 @@ import pytest
 
 import libocc as occ
 from libocc.samples import load_scene
+from libocc.smoothing import PoseFilterOptions
 
 
 @pytest.fixture(scope="module")
@@ -198,3 +199,25 @@ def test_a_fix_names_what_it_takes_as_exact():
     stated = scene.replace(camera=scene.camera.with_parameter_sigmas({"fx_px": 1}))
     assert occ.locate(image, stated).taken_as_exact == ["map"]
     assert occ.locate(image, scene, model_sigma_px=0.5).taken_as_exact == []
+
+
+def test_an_error_of_the_whole_map_does_not_average_away():
+    scene, height_sigma_m = load_scene("irregular_six"), 0.01
+    pose = occ.look_at(position_m=[1.9, 2.1, 0.3], target_m=[1.95, 2.15, 3], up=[0, 1, 0])
+    lamps = [lamp.replace(shared_errors_m=[[0, 0, height_sigma_m]]) for lamp in scene.lamps]
+    shared = scene.replace(lamps=lamps)
+    image, _ = occ.simulate(scene, cam_from_world=pose, seed=1)
+    fix, exact = occ.locate(image, shared), occ.locate(image, scene)
+    assert fix.ok and fix.taken_as_exact == ["camera"]
+    assert fix.position_m == pytest.approx(exact.position_m, abs=1e-4)
+    sigmas_m = fix.position_covariance_m2.diagonal() ** 0.5
+    assert sigmas_m[2] == pytest.approx(height_sigma_m, rel=0.01) and sigmas_m[:2].max() < 0.001
+
+    # The filter averages forty images; one of them fits badly by chance.
+    noise = PoseFilterOptions(acceleration_noise=0.01, turn_acceleration_noise=0.01)
+    tracker = occ.Tracker(shared, filter=noise)
+    for number in range(40):
+        tracker.add_image(occ.simulate(scene, cam_from_world=pose, seed=number)[0], 0.05 * number)
+    covariance_m2 = tracker.predict(1.95).covariance[3:, 3:]
+    upwards = pose[:3, 2]  # the world's z axis in the frame of the camera
+    assert (upwards @ covariance_m2 @ upwards) ** 0.5 == pytest.approx(height_sigma_m, rel=0.01)

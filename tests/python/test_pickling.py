@@ -38,6 +38,7 @@ VALUES: dict[type, dict[str, Any]] = {
         size_m=[0.3, 0.4], x_axis=[0, 0, 1], exponent=3, power_w=2, power_sigma=0.2, half_power_rad=1,
         code=codes.LampCode(code=codes.Code(**CODE), id=3), frequency_hz=50, waveform=[1, 0.5], duty=0.25, phase=0.5,
         colour=[1, 0.5, 0.25], position_sigma_m=[0.01, 0.02, 0.03], size_sigma=0.05, tilt_sigma_rad=0.1,
+        shared_errors_m=[[0.1, 0.2, 0.3], [0, 0, 0.4]],
     ),
     codes.Code: CODE,
     codes.LampCode: dict(code=codes.Code(**CODE), id=3, channel=1),

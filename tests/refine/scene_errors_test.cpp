@@ -3,12 +3,14 @@
 // as far off as their covariance states.
 #include "libocc/refine/internal/scene_errors.hpp"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <vector>
 
 #include "libocc/core/statistics.hpp"
 #include "libocc/refine/bound.hpp"
+#include "libocc/refine/internal/error_gradient.hpp"
 #include "libocc/refine/refine.hpp"
 #include "tests/support/measured_blobs.hpp"
 #include "tests/support/nees.hpp"
@@ -187,6 +189,120 @@ TEST(SceneErrors, CovarianceContainsMapAndCameraTogether) {
     };
     expect_true_covariance(draw, with_rims);
   }
+}
+
+/// Errors of the map: its scale, and its height, which grows along x. Lamps have errors of their
+/// own as well.
+World with_shared_errors(const World& from, Random& random) {
+  constexpr double own_m = 0.001, scale = 0.004, slope = 0.006;
+  World world = from;
+  world.stated.map_sigma_m = PerAxis(own_m);
+  const double scale_error = random.normal(), slope_error = random.normal();
+  for (std::size_t i = 0; i < world.real.lamps.size(); ++i) {
+    const Eigen::Vector3d& at = world.stated.lamps[i].centre_m;
+    const Eigen::Vector3d by_scale = scale * (at - Eigen::Vector3d(2, 2, 0));
+    const Eigen::Vector3d by_slope(0, 0, slope * at.x());
+    world.stated.lamps[i].shared_errors_m = {by_scale, by_slope};
+    world.real.lamps[i].centre_m +=
+        scale_error * by_scale + slope_error * by_slope + own_m * test::random_vector(random);
+  }
+  world.real.validate();
+  world.stated.validate();
+  return world;
+}
+
+TEST(SceneErrors, CovarianceContainsErrorsThatLampsShare) {
+  for (const test::Measurement& measurement : {with_rims, without_rims}) {
+    SCOPED_TRACE(measurement.rim_points);
+    const auto draw = [](Random& random) {
+      return with_shared_errors({test::irregular_room(), test::irregular_room()}, random);
+    };
+    expect_true_covariance(draw, measurement);
+    const auto with_camera = [](Random& random) {
+      return with_shared_errors(with_wrong_camera(random), random);
+    };
+    expect_true_covariance(with_camera, measurement);
+  }
+}
+
+// No picture shows that the whole map is displaced.
+TEST(SceneErrors, AShiftOfTheWholeMapIsAnErrorOfThePose) {
+  const Scene exact = test::irregular_room();
+  const Eigen::Vector3d shift_m(0.02, 0.01, -0.03);
+  World world{exact, exact};
+  for (Lamp& lamp : world.stated.lamps) lamp.shared_errors_m = {shift_m};
+  for (Lamp& lamp : world.real.lamps) lamp.centre_m += 2 * shift_m;
+  for (const test::Measurement& measurement : {with_rims, without_rims}) {
+    const auto blobs = test::exact_blobs(exact, seen_from(), measurement);
+    const auto plain = refine(seen_from(), test::in_order(exact), blobs, exact);
+    const auto refined = refine(seen_from(), test::in_order(exact), blobs, world.stated);
+    ASSERT_TRUE(plain.ok() && refined.ok());
+    EXPECT_LT(difference(plain->cam_from_world, refined->cam_from_world).norm(), 1e-6);
+    Vector6 moved = Vector6::Zero();
+    moved.tail<3>() = seen_from().rotation * shift_m;
+    const Matrix6 expected = plain->covariance + moved * moved.transpose();
+    EXPECT_LT((refined->covariance - expected).norm(), 1e-3 * expected.norm());
+    const Rigid3 in_map = seen_from() * Rigid3{Eigen::Matrix3d::Identity(), 2 * shift_m};
+    const auto of_moved = test::exact_blobs(world.real, seen_from(), measurement);
+    const auto displaced = refine(seen_from(), test::in_order(exact), of_moved, world.stated);
+    ASSERT_TRUE(displaced.ok());
+    EXPECT_LT(difference(displaced->cam_from_world, in_map).norm(), 1e-6);
+  }
+}
+
+// Errors of one lamp each, as shared errors.
+TEST(SceneErrors, IndependentErrorsAreASpecialCaseOfSharedOnes) {
+  constexpr double sigma_m = 0.005;
+  const Scene exact = test::irregular_room();
+  Scene own = exact, shared = exact;
+  own.map_sigma_m = PerAxis(sigma_m);
+  const std::size_t count = 3 * exact.lamps.size();
+  for (std::size_t i = 0; i < exact.lamps.size(); ++i) {
+    shared.lamps[i].shared_errors_m.assign(count, Eigen::Vector3d::Zero());
+    for (int axis = 0; axis < 3; ++axis)
+      shared.lamps[i].shared_errors_m[3 * i + static_cast<std::size_t>(axis)][axis] = sigma_m;
+  }
+  Random random(6);
+  for (const test::Measurement& measurement : {with_rims, without_rims}) {
+    const auto blobs =
+        test::noisy(test::exact_blobs(exact, seen_from(), measurement), exact, measurement, random);
+    const auto a = refine(seen_from(), test::in_order(exact), blobs, own);
+    const auto b = refine(seen_from(), test::in_order(exact), blobs, shared);
+    ASSERT_TRUE(a.ok() && b.ok());
+    EXPECT_LT(test::nees(difference(a->cam_from_world, b->cam_from_world), a->covariance), 1e-4);
+    EXPECT_LT((a->covariance - b->covariance).norm(), 0.01 * a->covariance.norm());
+    EXPECT_NEAR(a->chi2, b->chi2, 0.01 * a->chi2);
+    const auto bound_a = pose_bound(own, seen_from(), Rung::rims);
+    const auto bound_b = pose_bound(shared, seen_from(), Rung::rims);
+    EXPECT_LT((bound_a->covariance - bound_b->covariance).norm(),
+              1e-6 * bound_a->covariance.norm());
+  }
+}
+
+// In filters, a shared error moves the poses of all images alike, whatever their misfit is.
+TEST(SceneErrors, TheGradientByASharedErrorIsThatByTheMotionOfTheCamera) {
+  Scene stated = test::irregular_room();
+  stated.map_sigma_m = PerAxis(0.002);
+  const Eigen::Vector3d shift_m(0.003, 0, 0.001);
+  for (Lamp& lamp : stated.lamps) lamp.shared_errors_m = {shift_m};
+  for (const test::Measurement& measurement : {with_rims, without_rims})
+    for (const double off_m : {0.0, 0.02}) {
+      Scene real = stated;
+      for (std::size_t i = 0; i < real.lamps.size(); ++i)
+        real.lamps[i].centre_m.x() += i % 2 == 0 ? off_m : -off_m;
+      const auto blobs = test::exact_blobs(real, seen_from(), measurement);
+      const auto refined = refine(seen_from(), test::in_order(stated), blobs, stated);
+      ASSERT_TRUE(refined.ok());
+      EXPECT_EQ(refined->variance_factor > 2, off_m > 0);
+      const auto gradient = internal::refine::error_gradient(*refined, blobs, stated, {});
+      ASSERT_FALSE(gradient.sources.empty());
+      EXPECT_EQ(gradient.sources.back().kind, internal::refine::ErrorGradient::Source::map);
+      Vector6 moved = Vector6::Zero();
+      moved.tail<3>() = refined->cam_from_world.rotation * shift_m;
+      const Vector6 expected = refined->covariance.inverse() * moved;
+      EXPECT_LT((gradient.gradient_by_errors.rightCols<1>() - expected).norm(),
+                0.01 * expected.norm());
+    }
 }
 
 // A fixed and a correlated error of both focal lengths: a square pixel.

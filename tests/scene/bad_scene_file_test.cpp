@@ -53,6 +53,18 @@ TEST(BadScene, ErrorsOfTheMap) {
             std::string::npos);
   EXPECT_NE(rest_complaint("map_sigma_m: [0.1, -1, 0]\n").find("`map_sigma_m`: must be zero or"),
             std::string::npos);
+  const std::string shared = "scene.yaml:5: key `lamps[0].shared_errors_m`: must be ";
+  EXPECT_EQ(lamp_complaint(lamp + "shared_errors_m: [1, 2, 3]"),
+            shared + "a list of lists of 3 finite numbers, got 1 in it");
+  EXPECT_EQ(lamp_complaint(lamp + "shared_errors_m: [[0, 0, .inf]]"),
+            shared + "a list of lists of 3 finite numbers, got .inf in it");
+  EXPECT_EQ(lamp_complaint(lamp + "shared_errors_m: [[0, 1]]"),
+            shared + "a list of lists of 3 finite numbers, got a list of 2 in it");
+  const std::string two =
+      "id: 0, centre_m: [0, 0, 3], radius_m: 0.1, shared_errors_m: [[0, 0, 1]]}\n"
+      "  - {id: 1, centre_m: [1, 0, 3], radius_m: 0.1, ";
+  EXPECT_EQ(lamp_complaint(two + "shared_errors_m: [[0, 0, 1], [1, 0, 0]]"), "");
+  EXPECT_EQ(lamp_complaint(two + "position_sigma_m: 0"), "");
   EXPECT_NE(lamp_complaint(lamp + "tilt_sigma_deg: 0").find("tilt_sigma_deg"), std::string::npos);
   EXPECT_EQ(lamp_complaint(lamp + "tilt_sigma_deg: 2, size_sigma: 0.1, position_sigma_m: 0.1"), "");
 }

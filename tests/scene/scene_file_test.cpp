@@ -337,6 +337,7 @@ TEST(SceneFile, ErrorsOfMapAndCameraSurvive) {
   Scene scene = read_scene(scenes + "irregular_six.yaml");
   scene.map_sigma_m = Eigen::Vector3d(0.01, 0.01, 0.002);
   scene.lamps[1].position_sigma_m = PerAxis(0.05);
+  scene.lamps[1].shared_errors_m = {{0.001, 0, -0.002}, {0, 0.003, 0}};
   scene.lamps[2].size_sigma = 0.02;
   scene.lamps[3].tilt_sigma_rad = 0.03;
   scene.camera = scene.camera.with_parameter_sigmas({{"fx_px", 3.3}, {"k1", 0.02}});
@@ -346,6 +347,8 @@ TEST(SceneFile, ErrorsOfMapAndCameraSurvive) {
   EXPECT_EQ(*back.map_sigma_m, *scene.map_sigma_m);
   EXPECT_EQ(*back.lamps[1].position_sigma_m, *scene.lamps[1].position_sigma_m);
   EXPECT_FALSE(back.lamps[0].position_sigma_m);
+  EXPECT_EQ(back.lamps[1].shared_errors_m, scene.lamps[1].shared_errors_m);
+  EXPECT_TRUE(back.lamps[0].shared_errors_m.empty());
   EXPECT_EQ(back.lamps[2].size_sigma, 0.02);
   EXPECT_NEAR(*back.lamps[3].tilt_sigma_rad, 0.03, 1e-15);
   EXPECT_EQ(back.camera.parameter_covariance(), scene.camera.parameter_covariance());

@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 #include <string>
+#include <vector>
 
 #include "libocc/core/abi.hpp"
 #include "libocc/core/math.hpp"
@@ -32,6 +33,12 @@ template <typename List>
 std::string list_text(const List& values) {
   std::string text;
   for (const double value : values) text += (text.empty() ? "" : ", ") + text_of(value);
+  return "[" + text + "]";
+}
+
+inline std::string list_text(const std::vector<Eigen::Vector3d>& values) {
+  std::string text;
+  for (const Eigen::Vector3d& value : values) text += (text.empty() ? "" : ", ") + list_text(value);
   return "[" + text + "]";
 }
 

@@ -33,6 +33,7 @@ class YamlSection {
   void read(const std::string& key, Eigen::Vector3d& value);
   void read(const std::string& key, PerAxis& value);
   void read(const std::string& key, std::vector<double>& value);
+  void read(const std::string& key, std::vector<Eigen::Vector3d>& value);
   void read(const std::string& key, std::vector<std::string>& value);
   template <typename T>
   void read(const std::string& key, std::optional<T>& value) {

@@ -20,8 +20,9 @@ namespace occ::internal::refine {
 
 struct ErrorGradient {
   struct Source {
-    int lamp = -1;      ///< index in the scene; -1 for the camera
-    int component = 0;  ///< index in LampError or CameraErrors
+    enum Kind { camera, map, lamp } kind;
+    int component;       ///< index in LampError, or among the shared errors of camera or map
+    int lamp_index = 0;  ///< in the scene
   };
   std::vector<Source> sources;  ///< one for each column
   /// A^T W G, for left perturbations of cam_from_world.

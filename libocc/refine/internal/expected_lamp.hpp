@@ -13,15 +13,15 @@ class ExpectedLamps {
   ExpectedLamps(const Scene& scene, const Rigid3& cam_from_world, const Eigen::Vector3d& pivot,
                 Rung rung, FluxModel flux);
 
-  /// Adds the lamp's information; false if it is dark or not completely inside the image. `camera`:
-  /// null if the camera is exact.
-  bool add(const Lamp& lamp, PoseNormalEquations& normal, CameraSums* camera) const;
+  /// Adds the lamp's information; false if it is dark or not completely inside the image. `shared`:
+  /// null if no errors are shared.
+  bool add(const Lamp& lamp, PoseNormalEquations& normal, SharedSums* shared) const;
 
  private:
   void add_centroid(const LampObservation& lamp, Eigen::Matrix2d information,
-                    PoseNormalEquations& normal, CameraSums* camera) const;
+                    PoseNormalEquations& normal, SharedSums* shared) const;
   void add_rim(const LampObservation& lamp, const MovingContour& contour,
-               PoseNormalEquations& normal, CameraSums* camera) const;
+               PoseNormalEquations& normal, SharedSums* shared) const;
   void add_flux(const Lamp& lamp, double information, PoseNormalEquations& normal) const;
   double edge_information(double background_e, double full_e) const;
 
@@ -31,7 +31,7 @@ class ExpectedLamps {
   RefineOptions options_;
   PixelNoise noise_;
   PixelPsf psf_;
-  CameraErrors camera_errors_;
+  SharedErrors shared_errors_;
 };
 
 }  // namespace occ::internal::refine

@@ -11,11 +11,11 @@
 
 namespace occ::internal::refine {
 
-/// Contribution of one lamp; `camera` is empty if the camera is exact.
+/// Contribution of one lamp; `shared` is empty if no error is shared.
 struct LampPart {
   Matrix8 information = Matrix8::Zero();
   Vector8 gradient = Vector8::Zero();
-  std::optional<CameraSums> camera;
+  std::optional<SharedSums> shared;
 };
 
 /// Contributions of all lamps, and of the priors of pose, growth and log_factor.
@@ -27,21 +27,21 @@ struct NormalParts {
 /// Sums of the normal equations before a lamp is added.
 class PartRecorder {
  public:
-  PartRecorder(const PoseNormalEquations& normal, const CameraSums* camera);
+  PartRecorder(const PoseNormalEquations& normal, const SharedSums* shared);
   /// Sets `part` to the difference of the current sums from those at construction.
-  void finish(const PoseNormalEquations& normal, const CameraSums* camera, LampPart& part) const;
+  void finish(const PoseNormalEquations& normal, const SharedSums* shared, LampPart& part) const;
 
  private:
   Matrix8 information_;
   Vector8 gradient_;
-  std::optional<CameraSums> camera_;
+  std::optional<SharedSums> shared_;
 };
 
-/// Model of a minimum at `cam_from_world` with the estimated `camera_errors`; the gradients of the
+/// Model of a minimum at `cam_from_world` with the estimated `shared_errors`; the gradients of the
 /// parts are those without these errors. `lamps`: index in the scene of each part. Unknowns that no
 /// lamp affects are left out.
 SeparationModel separation_model(const NormalParts& parts, const std::vector<int>& lamps,
                                  const Rigid3& cam_from_world, const Eigen::Vector3d& pivot,
-                                 const Eigen::VectorXd& camera_errors);
+                                 const Eigen::VectorXd& shared_errors);
 
 }  // namespace occ::internal::refine

@@ -8,8 +8,8 @@
 //
 // Errors e of the lamp in the scene (scene_errors.hpp) are eliminated in the same way, with the
 // derivatives d r / d e in V. They can move the rim by many pixels, so the rim is linearised at
-// their estimate e0 of the step before: r = r(e0) - (d r / d e) e0. Errors of the camera, common to
-// all lamps, are left to the caller, with the coupling to them.
+// their estimate e0 of the step before: r = r(e0) - (d r / d e) e0. Errors that all lamps share are
+// left to the caller, with the coupling to them.
 //
 // Huber's weights reduce stray points. They depend on the residuals after the best fit of the
 // lamp's size and position, in units of sigma or of the lamp's scatter if that is larger.
@@ -35,13 +35,13 @@ class LampRim {
   /// miss the lamp.
   int linearise(const State& state, const Eigen::Vector3d& pivot);
 
-  /// Adds the weighted residuals; chi2() uses these weights until the next call. `camera`: null if
-  /// the camera is exact.
-  void add_to(PoseNormalEquations& normal, CameraSums* camera);
+  /// Adds the weighted residuals; chi2() uses these weights until the next call. `shared`: null if
+  /// there are none.
+  void add_to(PoseNormalEquations& normal, SharedSums* shared);
 
   /// r^T r at a state with the current weights; each lost point adds a constant. Adds the gradient
-  /// by the camera's errors to `by_camera`; null if the camera is exact.
-  double chi2(const State& state, Eigen::VectorXd* by_camera);
+  /// by the shared errors to `by_shared`; null if there are none.
+  double chi2(const State& state, Eigen::VectorXd* by_shared);
 
   /// Reduction of chi-square if the lamp alone is moved, at the last linearisation.
   double own_chi2() const;
@@ -53,11 +53,11 @@ class LampRim {
   static constexpr int commons = 5, rows = 8 + commons;
   using Products = Eigen::Matrix<double, rows, rows>;
 
-  bool has_errors() const { return lamp_.errors || all_.camera_errors.count() > 0; }
+  bool has_errors() const { return lamp_.errors || all_.shared_errors.count() > 0; }
   LampInCam lamp_at(const Rigid3& cam_from_world) const;
   void linearise_camera(const LampInCam& lamp);
   void weigh_points();
-  double chi2_with_errors(const State& state, Eigen::VectorXd* by_camera);
+  double chi2_with_errors(const State& state, Eigen::VectorXd* by_shared);
   void follow_errors(const State& state, const Eigen::Vector3d& pivot,
                      const Eigen::VectorXd* weights);
   bool is_stable(const State& state, const Eigen::Vector3d& pivot, const Eigen::VectorXd* weights);
@@ -67,7 +67,7 @@ class LampRim {
   Products weighted_products();
   Eigen::MatrixXd eliminate(const Products& products);
   void set_estimate(const LampError& unit);
-  void add_with_errors(Eigen::MatrixXd sums, PoseNormalEquations& normal, CameraSums* camera);
+  void add_with_errors(Eigen::MatrixXd sums, PoseNormalEquations& normal, SharedSums* shared);
   double robust_excess() const;
 
   const LampObservation& lamp_;
@@ -90,13 +90,13 @@ class LampRim {
   Eigen::Matrix3d shift_information_ = Eigen::Matrix3d::Zero();
   Eigen::Vector3d shift_gradient_ = Eigen::Vector3d::Zero();
 
-  // With errors of lamp or camera. The common errors are then v and those of the lamp.
+  // With errors of the scene. The common errors are then v and those of the lamp.
   LampError unit_error_ = LampError::Zero(), next_unit_error_ = LampError::Zero();
   LampError error_ = LampError::Zero();      // of unit_error_
   Eigen::Matrix<double, 6, 7> unit_motion_;  // see unit_motion()
   std::optional<Eigen::MatrixXd> sums_;      // of the last pass, if the rows are still those
   Eigen::RowVectorXd seen_, back_;           // residuals r(e0), and (d r / d e) e0
-  Eigen::MatrixXd by_camera_;  // a column for each point: d residual / d errors of the camera
+  Eigen::MatrixXd by_shared_;  // a column for each point: d residual / d shared errors
   Eigen::Matrix<double, commons, 6> common_root_ =
       Eigen::Matrix<double, commons, 6>::Zero();  // of S
 };

@@ -17,7 +17,7 @@ struct Minimum {
   bool converged = false;  ///< the last step moved no lamp farther than the tolerance
   /// Second-order part of the covariance of a left perturbation, in a flat valley.
   Matrix6 bend = Matrix6::Zero();
-  Eigen::VectorXd camera_errors = {};  ///< estimates; empty if the camera is exact
+  Eigen::VectorXd shared_errors = {};  ///< estimates; empty if there are none
   NormalParts parts = {};              ///< parts of the normal equations
 };
 
@@ -28,8 +28,8 @@ LIBOCC_API Minimum minimise(RefineProblem& problem, const State& start, int max_
 LIBOCC_API Minimum polish(RefineProblem& problem, const State& start, int max_iterations,
                           double tolerance_px);
 
-/// One Gauss-Newton step of the pose and of the errors of the camera.
-LIBOCC_API Minimum step_with_camera(RefineProblem& problem, const State& start,
-                                    double tolerance_px);
+/// One Gauss-Newton step of the pose and of the shared errors.
+LIBOCC_API Minimum step_with_shared_errors(RefineProblem& problem, const State& start,
+                                           double tolerance_px);
 
 }  // namespace occ::internal::refine

@@ -61,9 +61,9 @@ struct Observations {
   bool rims_grow = false;  ///< true if `rim` contains a saturated lamp
   bool has_flux = false;
   double psf_sigma_px = 0;  ///< the scene's, then the estimate from the pixels
-  CameraErrors camera_errors;
-  /// Errors that the camera in use contains: it is linearised there. Empty if it is exact.
-  Eigen::VectorXd camera_shift;
+  SharedErrors shared_errors;
+  /// Shared errors that the scene in use contains: it is linearised there. Empty without them.
+  Eigen::VectorXd shared_shift;
 
   bool has_pixels() const;  ///< true if a lamp without contradiction has pixels
 

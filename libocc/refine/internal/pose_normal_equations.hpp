@@ -43,14 +43,14 @@ struct PoseNormalEquations {
   }
 };
 
-/// The part of the normal equations that belongs to the errors of the camera, whose prior is a unit
-/// variance each.
-struct CameraSums {
+/// The part of the normal equations that belongs to the errors that lamps share (SharedErrors),
+/// whose prior is a unit variance each.
+struct SharedSums {
   Eigen::Matrix<double, 8, Eigen::Dynamic> mixed;  ///< J^T J of the unknowns and the errors
   Eigen::MatrixXd information;                     ///< J^T J of the errors, with their prior
   Eigen::VectorXd gradient;                        ///< J^T r of the errors, with their prior
 
-  explicit CameraSums(Eigen::Index errors)
+  explicit SharedSums(Eigen::Index errors)
       : mixed(Eigen::Matrix<double, 8, Eigen::Dynamic>::Zero(8, errors)),
         information(Eigen::MatrixXd::Identity(errors, errors)),
         gradient(Eigen::VectorXd::Zero(errors)) {}

@@ -31,11 +31,11 @@ class LIBOCC_API RefineProblem {
   /// Contributions of the lamps and the priors to the last linearisation.
   const NormalParts& parts() const { return parts_; }
 
-  /// Parts of the lamps in the information of pose and camera, with the errors of each lamp
+  /// Parts of the lamps in the information of pose and shared errors, with the errors of each lamp
   /// eliminated.
   struct LampSums {
     Matrix8 information = Matrix8::Zero();
-    CameraSums camera;  ///< `information` with the prior
+    SharedSums shared;  ///< `information` with the prior
   };
   std::vector<LampSums> lamp_sums(const State& state, const Eigen::Vector3d& pivot);
 
@@ -49,7 +49,7 @@ class LIBOCC_API RefineProblem {
     Eigen::Vector2d residual_px;
     Eigen::Matrix<double, 2, 8> jacobian;
     Eigen::Matrix2d information;      ///< with the errors of the lamp
-    Eigen::Matrix2Xd by_camera = {};  ///< derivative by the errors of the camera
+    Eigen::Matrix2Xd by_shared = {};  ///< derivative by the shared errors
     /// Covariance with all errors.
     Eigen::Matrix2d covariance_px2() const;
   };
@@ -59,10 +59,10 @@ class LIBOCC_API RefineProblem {
   /// Sets LampObservation::own_chi2 and own_coordinates of the lamps, at the last linearisation.
   void report_own_chi2(const State& state, std::vector<LampObservation>& lamps) const;
 
-  /// Estimates of the errors of the lamps, in units of their standard deviations, and of the camera
-  /// by the last linearisation, the latter after a step of the unknowns.
+  /// Estimates of the errors of the lamps, in units of their standard deviations, and of the shared
+  /// ones by the last linearisation, the latter after a step of the unknowns.
   const LampError& lamp_error(std::size_t lamp) const { return rims_[lamp].unit_error(); }
-  Eigen::VectorXd camera_estimate(const Vector8& step) const;
+  Eigen::VectorXd shared_estimate(const Vector8& step) const;
 
   /// Pixels of a lamp on the direct rung, or null.
   /// Frees the emission of all lamps if the pixels contradict the scene's emission significantly.
@@ -82,14 +82,14 @@ class LIBOCC_API RefineProblem {
     bool by_rim = false;
     double flux_weight = 1;
     Eigen::Matrix2d centroid_information = Eigen::Matrix2d::Zero();
-    Eigen::Matrix2Xd by_camera;
+    Eigen::Matrix2Xd by_shared;
   };
 
   bool add_lamp(std::size_t index, const State& state, const Eigen::Vector3d& pivot,
-                PoseNormalEquations& normal, CameraSums* camera);
+                PoseNormalEquations& normal, SharedSums* shared);
   bool add_centroid(const LampObservation& lamp, const State& state, const Eigen::Vector3d& pivot,
-                    PoseNormalEquations& normal, CameraSums* camera, Held& held) const;
-  void eliminate_camera(const CameraSums& camera, PoseNormalEquations& normal);
+                    PoseNormalEquations& normal, SharedSums* shared, Held& held) const;
+  void eliminate_shared(const SharedSums& shared, PoseNormalEquations& normal);
   bool add_flux(const LampObservation& lamp, const State& state, const Eigen::Vector3d& pivot,
                 double& weight, PoseNormalEquations& normal) const;
   void add_priors(const State& state, const Eigen::Vector3d& pivot,
@@ -107,9 +107,9 @@ class LIBOCC_API RefineProblem {
   std::vector<std::unique_ptr<LampPixels>> pixels_;  // one for each lamp, possibly null
   std::vector<Held> held_;                           // from the last linearisation
   NormalParts parts_;                                // also from it
-  Eigen::MatrixXd camera_gain_;                      // inverse information of the camera's errors
-  Eigen::VectorXd camera_estimate_;
-  Eigen::Matrix<double, 8, Eigen::Dynamic> camera_mixed_;
+  Eigen::MatrixXd shared_gain_;                      // inverse information of the shared errors
+  Eigen::VectorXd shared_estimate_;
+  Eigen::Matrix<double, 8, Eigen::Dynamic> shared_mixed_;
 };
 
 }  // namespace occ::internal::refine

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Errors of the scene that its author states: position, size and tilt of each lamp, parameters of
-// the camera. They are unknowns of the refinement with priors: those of a lamp are eliminated with
-// the lamp's observations, those of the camera with all observations (lamp_rim.hpp, problem.hpp).
+// the camera, errors of the map that lamps share. They are unknowns of the refinement with priors:
+// those of a lamp are eliminated with the lamp's observations, shared ones with all observations
+// (lamp_rim.hpp, problem.hpp).
 #pragma once
 
 #include <Eigen/Core>
@@ -18,7 +19,7 @@ namespace occ::internal::refine {
 /// world), relative size.
 using LampError = Eigen::Matrix<double, 7, 1>;
 
-/// Standard deviations of the errors of one lamp.
+/// Standard deviations of the errors that concern one lamp alone.
 struct LampErrors {
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();  ///< along the axes of the world
   double size = 0;                                       ///< relative
@@ -28,11 +29,17 @@ struct LampErrors {
   LampError scaled(const LampError& unit) const;
 };
 
-/// Empty if the lamp is exact.
+/// Empty if the lamp has no errors of its own.
 LIBOCC_API std::optional<LampErrors> errors_of(const Lamp& lamp, const Scene& scene);
 
 /// True if all lamps are exact.
 LIBOCC_API bool has_exact_map(const Scene& scene);
+
+/// True if the parameters of the camera have errors, or if lamps share errors.
+LIBOCC_API bool has_shared_errors(const Scene& scene);
+
+/// True if camera and map are exact.
+LIBOCC_API bool is_exact(const Scene& scene);
 
 /// The lamp with an error.
 LIBOCC_API LampInCam with_error(LampInCam lamp, const LampError& error,
@@ -44,28 +51,38 @@ LIBOCC_API LampInCam with_error(LampInCam lamp, const LampError& error,
 LIBOCC_API Eigen::Matrix<double, 6, 7> unit_motion(const LampErrors& errors, const LampInCam& lamp,
                                                    double size_error, const Rigid3& cam_from_world);
 
-/// Errors of the camera's parameters as independent unknowns of unit variance.
-class LIBOCC_API CameraErrors {
+/// Errors that all lamps share, as independent unknowns of unit variance: those of the camera's
+/// parameters, then Lamp::shared_errors_m.
+class LIBOCC_API SharedErrors {
  public:
-  CameraErrors() = default;
-  explicit CameraErrors(const Camera& camera);
+  SharedErrors() = default;
+  explicit SharedErrors(const Scene& scene);
 
-  Eigen::Index count() const { return root_.cols(); }  ///< 0 if the camera is exact
-  /// Camera with the parameters changed by these errors.
-  Camera camera(const Camera& stated, const Eigen::VectorXd& errors) const;
-  /// d pixel / d errors (2 x count) at a point in the camera's frame; zero outside the domain.
-  Eigen::Matrix2Xd by_errors(const Camera& camera, const Eigen::Vector3d& point) const;
+  Eigen::Index count() const { return root_.cols() + map_count_; }
+  Eigen::Index camera_count() const { return root_.cols(); }
+  /// Gives the scene, a copy of the stated one, the camera and the lamps with these errors. Throws
+  /// std::invalid_argument if that is no camera.
+  void apply(const Scene& stated, const Eigen::VectorXd& errors, Scene& scene) const;
+
+  /// d pixel / d errors of the camera at a point in its frame; zero outside the domain.
+  Eigen::Matrix2Xd by_camera(const Camera& camera, const Eigen::Vector3d& point) const;
+  /// d position of the lamp, camera frame, / d errors of the map.
+  Eigen::Matrix3Xd motion(const Lamp& lamp, const Rigid3& cam_from_world) const;
+  /// d pixel of the lamp's centre / d errors (2 x count); zero outside the domain.
+  Eigen::Matrix2Xd by_errors(const Camera& camera, const Lamp& lamp,
+                             const Rigid3& cam_from_world) const;
 
  private:
   Eigen::MatrixXd root_;  // d parameters / d errors
+  Eigen::Index map_count_ = 0;
 };
 
-/// Covariance [px^2] of the image of a lamp by the errors of the lamp.
+/// Covariance [px^2] of the image of a lamp by its own errors.
 LIBOCC_API Eigen::Matrix2d image_covariance_px2(const Lamp& lamp, const Rigid3& cam_from_world,
                                                 const Camera& camera,
                                                 const std::optional<LampErrors>& errors);
 
-/// Covariance [px^2] of the image of a lamp by the errors of the lamp and of the camera.
+/// Covariance [px^2] of the image of a lamp by its own errors and the shared ones.
 LIBOCC_API Eigen::Matrix2d image_covariance_px2(const Lamp& lamp, const Rigid3& cam_from_world,
                                                 const Scene& scene);
 

@@ -64,6 +64,10 @@ inline constexpr auto lamp_fields = core::fields_of<Lamp>(
     core::field("position_sigma_m", &Lamp::position_sigma_m, "m", core::NotNegative{},
                 "standard deviation of `centre_m`: one number, or three along the axes of the "
                 "world; without it `map_sigma_m` of the scene"),
+    core::field("shared_errors_m", &Lamp::shared_errors_m, "m", core::Unrestricted{},
+                "displacements (x, y, z) of `centre_m` by one standard deviation of each error "
+                "that lamps share, in the same order for all lamps; `position_sigma_m` is of this "
+                "lamp alone"),
     core::field("size_sigma", &Lamp::size_sigma, "", core::NotNegative{},
                 "relative standard deviation of `radius_m` or `size_m`"),
     core::field("tilt_sigma_rad", &Lamp::tilt_sigma_rad, "rad", core::Angle{90, ')'},

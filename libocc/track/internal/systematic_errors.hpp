@@ -34,7 +34,7 @@ class SystematicErrors {
                             int camera) const;
 
  private:
-  enum Kind { lamp, camera_parameter, mount, clock };
+  enum Kind { lamp, map, camera_parameter, mount, clock };
   using Key = std::array<int, 3>;  // kind, camera or lamp, component
 
   int number(const Key& key);

@@ -16,6 +16,7 @@ if TYPE_CHECKING:  # matplotlib loads slowly
     from ..calibration.summary import Calibration
 
 MIN_REDUNDANCY = 5
+MIN_SHARED_RATIO = 2.0  # of variances
 MAX_SCALE_CHANGE = 0.02  # a tape is more accurate over a room
 
 
@@ -138,22 +139,51 @@ def lamp_lines(data: dict[str, Any], scene: occ.Scene) -> list[str]:
     return text + [f"{name} was not surveyed; the position in the map is kept" for name in absent]
 
 
+def shared_errors(joint_m2: Any) -> tuple[Any, Any]:
+    """Splits the joint covariance (n, n, 3, 3) of positions into standard deviations (n, 3) of each position alone,
+    and errors (m, n, 3) that positions share.
+
+    With the covariance of each position as the unit, an eigenvalue of the joint covariance is the ratio of the variance
+    of a common motion to that of independent positions. Motions with a ratio above 2 become shared errors.
+    """
+    count = len(joint_m2)
+    own = joint_m2[range(count), range(count)]
+    values, vectors = np.linalg.eigh(own)
+    values = np.maximum(values, 0)
+    inverse = np.where(values > 1e-12 * values.max(), 1 / np.sqrt(np.maximum(values, 1e-300)), 0)
+    root = vectors * np.sqrt(values)[:, None, :] @ vectors.transpose(0, 2, 1)
+    unit = vectors * inverse[:, None, :] @ vectors.transpose(0, 2, 1)
+    scaled = np.einsum("iab,ijbc,jcd->iajd", unit, joint_m2, unit).reshape(3 * count, 3 * count)
+    ratios, motions = np.linalg.eigh((scaled + scaled.T) / 2)
+    ratios = np.maximum(ratios, 0)
+    shared = ratios > MIN_SHARED_RATIO
+    errors = np.einsum("iab,ibm->mia", root, (motions * np.sqrt(ratios))[:, shared].reshape(count, 3, -1))
+    alone = np.diagonal(own, axis1=1, axis2=2) - (errors**2).sum(axis=0)
+    return np.sqrt(np.maximum(alone, 0)), errors
+
+
 def surveyed(scene: occ.Scene, found: "Calibration") -> occ.Scene:
-    """Scene with the adjusted lamp positions and the adjusted camera, with their standard deviations."""
+    """Scene with the adjusted lamp positions and the adjusted camera, with their errors."""
     from ..calibration.run import stated_camera
 
-    network = found.network
+    network, known = found.network, found.known
     places = dict(zip(network.point_names, np.asarray(network.points_m)))
-    sigmas = {}
-    if found.known.ok:
-        covariances = np.asarray(found.known.points())
-        sigmas = dict(zip(network.point_names, np.sqrt(np.diagonal(covariances, axis1=1, axis2=2))))
-    lamps = []
+    lamps = {lamp.id: lamp for lamp in scene.lamps}
     for lamp in scene.lamps:
-        name = f"lamp {lamp.id}"
-        if name in places:
-            lamp = lamp.replace(centre_m=places[name])
-        if name in sigmas and np.isfinite(sigmas[name]).all():
-            lamp = lamp.replace(position_sigma_m=sigmas[name])
-        lamps.append(lamp)
-    return scene.replace(lamps=lamps, camera=stated_camera(found, 0))
+        if f"lamp {lamp.id}" in places:
+            lamps[lamp.id] = lamp.replace(centre_m=places[f"lamp {lamp.id}"])
+    numbers = {name: number for number, name in enumerate(network.point_names)}
+    covariances = np.asarray(known.points()) if known.ok else np.zeros((0, 3, 3))
+    stated = [
+        (id, occ.network.Target.point(numbers[f"lamp {id}"]))
+        for id in lamps
+        if known.ok and f"lamp {id}" in numbers and np.isfinite(covariances[numbers[f"lamp {id}"]]).all()
+    ]
+    if stated:
+        joint_m2 = np.array([[known.positions(a, b)[:3, 3:] for _, b in stated] for _, a in stated])
+        for i, (_, target) in enumerate(stated):
+            joint_m2[i, i] = known.position(target)
+        sigmas_m, errors_m = shared_errors(joint_m2)
+        for i, (id, _) in enumerate(stated):
+            lamps[id] = lamps[id].replace(position_sigma_m=sigmas_m[i], shared_errors_m=list(errors_m[:, i]))
+    return scene.replace(lamps=list(lamps.values()), camera=stated_camera(found, 0))

@@ -146,7 +146,8 @@ def lamp() -> Schema:
     fields = of_struct(
         Lamp(id=0, centre_m=ORIGIN, radius_m=1.0),
         skip=["code"],
-        replace={"size_m": vector(2), "x_axis": vector(3), "exponent": NUMBER, "position_sigma_m": PER_AXIS},
+        replace={"size_m": vector(2), "x_axis": vector(3), "exponent": NUMBER, "position_sigma_m": PER_AXIS,
+                 "shared_errors_m": listed(vector(3))},
     )
     for key in ("id", "centre_m", "radius_m", "size_m", "x_axis", "exponent"):
         fields[key].pop("default", None)
