@@ -178,12 +178,12 @@ TEST(IdentifyProblem, PartialBlobsAreKeptApart) {
 TEST(IdentifyProblem, SizesExcludeWhatNoDistanceCanExplain) {
   Random random(1);
   int permitted = 0, excluded = 0;
-  for (int trial = 0; trial < 60; ++trial) {
+  for (int trial = 0; trial < 40; ++trial) {
     Scene scene = test::random_room(random, 5, 1.5);
     for (Lamp& lamp : scene.lamps) lamp.radius_m = random.uniform(0.04, 0.2);
     std::vector<Blob> blobs;
     for (int i = 0; i < 3; ++i) {
-      const double radius_px = random.uniform(6, 60);
+      const double radius_px = std::exp(random.uniform(-0.3, 4.1));
       blobs.push_back(disc_blob({random.uniform(50, 590), random.uniform(50, 430)}, radius_px,
                                 0.9 * radius_px, 0));
     }
@@ -196,8 +196,11 @@ TEST(IdentifyProblem, SizesExcludeWhatNoDistanceCanExplain) {
         const BearingObservation &s = problem.observation(0), &t = problem.observation(1);
         const double cosine = s.bearing.dot(t.bearing);
         const double length_m = (scene.lamps[a].centre_m - scene.lamps[b].centre_m).norm();
+        // Between the limits of the size; a small one has no upper limit.
         const auto at = [](const BearingObservation& o, const Lamp& lamp, double share) {
-          return lamp.radius_m / (o.max_radius_rad + share * (o.min_radius_rad - o.max_radius_rad));
+          const double low_m = lamp.radius_m / o.max_radius_rad;
+          const double high_m = o.min_radius_rad > 0 ? lamp.radius_m / o.min_radius_rad : 60;
+          return low_m * std::pow(high_m / low_m, share);
         };
         double nearest_m = 1e9, error_m = 0;
         for (int i = 0; i <= 40; ++i)
@@ -219,7 +222,7 @@ TEST(IdentifyProblem, SizesExcludeWhatNoDistanceCanExplain) {
         }
       }
   }
-  EXPECT_GT(permitted, 100);
+  EXPECT_GT(permitted, 30);
   EXPECT_GT(excluded, 100);
 }
 
