@@ -304,7 +304,7 @@ TEST(IdentifyMissed, IsNoLampThatAnotherBlobCoversOrShowsInPart) {
     EXPECT_EQ(wide->matches.size(), 4u);
     EXPECT_EQ(wide->missed, aside_px < 10 + 4 ? 0 : 1) << aside_px;
   }
-  // Of two partial blobs the nearer one shows it.
+  // The nearer of two partial blobs shows it.
   Missing given;
   for (const double aside_px : {5.0, -2.0, 7.0}) {
     Blob part = test::spot(given.image_of(0) + Vector2d(aside_px, 0), 0.1, 1e4);
