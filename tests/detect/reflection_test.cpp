@@ -179,6 +179,19 @@ TEST(Reflections, OfSpotsAndDiscs) {
   expect_reflected(image, options, 8, 2e-3);
 }
 
+// Lamps that fill many meshes of the background: whole, and cut by one and by two borders. Spots
+// close to them and far away have the background between the lamps.
+TEST(Reflections, OfLampsCloseToTheCamera) {
+  for (const Vector2d& px : {Vector2d(220, 190), Vector2d(350, 180), Vector2d(370, 300)}) {
+    SCOPED_TRACE(px.transpose());
+    Canvas canvas(448, 384, 400);
+    canvas.add_disc(px, 130, 120, 0.4, 0.9, 2e5);
+    canvas.add_spot({20.3, 25.8}, 1.1, 4e4);
+    canvas.add_spot({60.6, 350.2}, 1.3, 6e4);
+    expect_reflected(canvas.image(fine(), nullptr), {}, 3, 5e-3);
+  }
+}
+
 // Two lamps in one blob.
 TEST(Reflections, OfPairsOfSpots) {
   Canvas canvas(320, 256, 400);
