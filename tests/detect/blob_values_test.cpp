@@ -5,6 +5,7 @@
 
 #include <Eigen/Dense>
 #include <cmath>
+#include <utility>
 
 #include "libocc/core/math.hpp"
 #include "libocc/detect/detect.hpp"
@@ -168,6 +169,26 @@ TEST(BlobMerged, ADiscWithASmallAppendageIsOneLamp) {
   ASSERT_EQ(blobs.size(), 1u);
   EXPECT_FALSE(blobs[0].merged);
   EXPECT_LT((blobs[0].centroid_px - Eigen::Vector2d(45.3, 44.8)).norm(), 0.5);
+}
+
+// The well is full below full scale. Read noise scatters the grey level of a clipped pixel, so
+// pixels within three of its sigmas count as clipped.
+TEST(BlobSaturated, FollowsTheFullWell) {
+  Canvas::Noise noise;
+  noise.full_scale_dn = 65535;
+  noise.gain_dn_per_e = 1;
+  noise.read_e = 100;
+  DetectOptions options;
+  options.sensor = Canvas::sensor(noise, 0.8);
+  options.sensor->full_well_e = 20000;
+  for (const auto& [below_sigmas, saturated] :
+       {std::pair{0.0, true}, {2.5, true}, {3.5, false}, {10.0, false}}) {
+    Canvas canvas(60, 60);
+    canvas.add_disc({30.2, 29.7}, 9, 9, 0, 0.8, 20000 - 100 * below_sigmas);
+    const std::vector<Blob> blobs = detect(canvas.image(noise, nullptr).view(), options);
+    ASSERT_EQ(blobs.size(), 1u);
+    EXPECT_EQ(blobs[0].saturated, saturated) << below_sigmas;
+  }
 }
 
 /// Adds a Gaussian of this covariance whose light is integrated over each pixel.

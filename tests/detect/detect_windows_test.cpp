@@ -95,3 +95,48 @@ TEST(DetectInWindows, BlobsThatAWindowCutsAreCounted) {
   EXPECT_TRUE(top.blobs[0].cut_by_border);
   EXPECT_EQ(top.cut, 0);
 }
+
+// A blob that the border of the image cuts is kept, at each border.
+TEST(DetectInWindows, BlobsThatTheImageCutsAreKept) {
+  for (const Eigen::Vector2d& px : {Eigen::Vector2d(100, 3), Eigen::Vector2d(100, 176),
+                                    Eigen::Vector2d(3, 100), Eigen::Vector2d(196, 100)}) {
+    occ::test::Canvas canvas(200, 180);
+    canvas.add_disc(px, 10, 10, 0, 0.8, 3000);
+    occ::Random random(5);
+    const occ::Image image = canvas.image({}, &random);
+    const int x = static_cast<int>(px.x()), y = static_cast<int>(px.y());
+    const occ::WindowBlobs found =
+        occ::detect_in_windows(image.view(), {{x - 60, y - 60, x + 60, y + 60}});
+    ASSERT_EQ(found.blobs.size(), 1u) << px.transpose();
+    EXPECT_TRUE(found.blobs[0].cut_by_border) << px.transpose();
+    EXPECT_EQ(found.cut, 0) << px.transpose();
+  }
+}
+
+// The windows together show the blobs of the whole image, each once and the brightest first.
+TEST(DetectInWindows, BlobsAreThoseOfTheImageInItsOrder) {
+  occ::test::Canvas canvas(400, 300, 40);
+  const Eigen::Vector2d places[] = {{50.3, 50.8}, {340.2, 60.7}, {200.6, 150.1}, {60.4, 240.9}};
+  for (int i = 0; i < 4; ++i) canvas.add_spot(places[i], 1.2, 9000 + 4000 * ((i * 3) % 4));
+  const occ::Image image = canvas.image({}, nullptr);
+  const std::vector<occ::Blob> whole = occ::detect(image.view());
+  ASSERT_EQ(whole.size(), 4u);
+  std::vector<occ::PixelWindow> windows;
+  for (const Eigen::Vector2d& px : places) {
+    const int x = static_cast<int>(px.x()), y = static_cast<int>(px.y());
+    windows.push_back({x - 30, y - 41, x + 33, y + 30});
+    windows.push_back({x - 20, y - 20, x + 20, y + 20});  // within the other
+  }
+  windows.push_back({500, 10, 600, 90});  // beside the image
+  const occ::WindowBlobs found = occ::detect_in_windows(image.view(), windows);
+  ASSERT_EQ(found.blobs.size(), 4u);
+  EXPECT_EQ(found.cut, 0);
+  for (std::size_t i = 0; i < 4; ++i) {
+    EXPECT_LT((found.blobs[i].centroid_px - whole[i].centroid_px).norm(), 0.02) << i;
+    EXPECT_NEAR(found.blobs[i].flux_dn, whole[i].flux_dn, 0.02 * whole[i].flux_dn) << i;
+  }
+  EXPECT_NE(occ::test::complaint([&] {
+              occ::detect_in_windows(image.view(), {{10, 10, 9, 20}});
+            }).find("windows"),
+            std::string::npos);
+}

@@ -76,6 +76,30 @@ TEST(IdentifyData, LampsOnALineAreDegenerate) {
   EXPECT_EQ(identify(view.blobs, scene).status, Status::degenerate);
 }
 
+// The lamps in view are off a line by 2 mm, too little to determine the rotation about it. Gravity
+// determines it.
+TEST(IdentifyData, LampsAlmostOnALineAndGravityHaveAPose) {
+  Scene scene = test::irregular_room();
+  const double places[] = {1.0, 1.4, 2.2, 2.9, 9, -9};
+  for (std::size_t i = 0; i < scene.lamps.size(); ++i)
+    scene.lamps[i].centre_m = Vector3d(places[i], i < 4 ? (i % 2 ? 2.002 : 2) : 3, 3);
+  Random random(39);
+  int views = 0;
+  for (int i = 0; i < 80; ++i) {
+    const View view = test::see(scene, test::random_room_pose(random, 0.5), random, 0.02);
+    if (view.blobs.size() < 4) continue;
+    ++views;
+    EXPECT_EQ(identify(view.blobs, scene).status, Status::degenerate);
+    IdentifyOptions options;
+    options.prior = Prior{};
+    options.prior->gravity_in_cam = view.cam_from_world.rotation * -Vector3d::UnitZ();
+    options.prior->gravity_sigma_rad = 0.005;
+    const Result<Identification> found = identify(view.blobs, scene, options);
+    EXPECT_TRUE(test::holds_truth(*found, view)) << found.message;
+  }
+  EXPECT_GT(views, 20);
+}
+
 TEST(IdentifyData, NoPoseWhenOneOfFourLampsIsMisplacedInTheMap) {
   Scene scene = test::square_room();
   Random random(35);

@@ -95,6 +95,28 @@ TEST(IdentifyHashing, AppliesToLampsOfOneHeightOnly) {
   EXPECT_FALSE(LampIndex({}).applies());
 }
 
+// "Within 2 cm of one height": the documented limits of height and share.
+TEST(IdentifyHashing, AppliesWithinTwoCentimetresForFourFifthsOfTheLamps) {
+  std::vector<Lamp> lamps = maps::grid(5).lamps;
+  const auto with_heights = [&](double apart_m, std::size_t below) {
+    std::vector<Lamp> changed = lamps;
+    for (std::size_t i = 0; i < changed.size(); ++i)
+      changed[i].centre_m.z() -= i < below ? 0.5 : i % 2 ? apart_m : 0;
+    return LampIndex(changed);
+  };
+  EXPECT_TRUE(with_heights(0.018, 0).applies());
+  EXPECT_FALSE(with_heights(0.023, 0).applies());
+  EXPECT_TRUE(with_heights(0, 5).applies());
+  EXPECT_FALSE(with_heights(0, 6).applies());
+  lamps.resize(4);
+  EXPECT_TRUE(with_heights(0.018, 0).applies());
+  lamps.resize(3);
+  EXPECT_FALSE(with_heights(0, 0).applies());
+  // All four lamps of a square with its neighbours: four triangles.
+  lamps = maps::grid(2).lamps;
+  EXPECT_EQ(with_heights(0, 0).triangles(), 4u);
+}
+
 // Lamps below the common height are in no triangle, but are assigned.
 TEST(IdentifyHashing, LampsOfOtherHeightsAreMatched) {
   Random random(4);

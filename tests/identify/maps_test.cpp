@@ -164,5 +164,51 @@ TEST(IdentifyMaps, EveryAnswerIsTheSameTwice) {
     EXPECT_EQ(a->hypotheses[i].cam_from_world.matrix(), b->hypotheses[i].cam_from_world.matrix());
 }
 
+/// Gravity and another part of a prior, or a last pose, off by this number of standard deviations.
+Prior prior_off_by(double sigmas, int part, const maps::View& view, Random& random) {
+  constexpr double sigma = 0.1;
+  Prior prior = maps::gravity(view, 0.002, random);
+  const Vector3d eye = view.cam_from_world.origin_in_source();
+  const Vector3d way = Vector3d::Unit(part % 3) * (random.uniform() < 0.5 ? -1 : 1);
+  if (part < 3) {
+    prior.position_m = eye + sigmas * sigma * way;
+    prior.position_sigma_m = sigma;
+  } else if (part == 3) {
+    prior.height_m = eye.z() + sigmas * sigma * way.sum();
+    prior.height_sigma_m = sigma;
+  } else if (part == 4) {
+    prior.heading_rad = heading_rad(view.cam_from_world) + sigmas * sigma * way.sum();
+    prior.heading_sigma_rad = sigma;
+  } else {
+    prior.gravity_in_cam.reset();
+    Vector6 off = Vector6::Zero();
+    off[part - 5] = sigmas * sigma;
+    prior.last_pose =
+        PriorPose{perturb(view.cam_from_world, off), square(sigma) * Matrix6::Identity()};
+  }
+  return prior;
+}
+
+// A prior that is off by three standard deviations does not exclude the pose; one that is off by
+// ten does.
+TEST(IdentifyMaps, PriorsExcludePosesBeyondTheirGate) {
+  maps::Options options;
+  options.lamps = 12;
+  options.visible = 8;
+  Random random(12);
+  for (int part = 0; part < 11; ++part) {
+    const maps::View view = maps::random_view(random, options);
+    for (const double sigmas : {0.0, 3.0, 10.0}) {
+      IdentifyOptions by;
+      by.model_sigma_px = 0.1;
+      by.prior = prior_off_by(sigmas, part, view, random);
+      const Result<Identification> found = identify(view.blobs, view.scene, by);
+      const bool right = std::any_of(found->hypotheses.begin(), found->hypotheses.end(),
+                                     [&](const Hypothesis& h) { return maps::is_right(h, view); });
+      EXPECT_EQ(right, sigmas < 5) << part << ' ' << sigmas << ' ' << found.message;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace occ

@@ -2,6 +2,7 @@
 """tools/mutants: which mutations it makes, and its report. No mutant is compiled here."""
 
 import importlib.util
+import signal
 import subprocess
 import sys
 from importlib.machinery import SourceFileLoader
@@ -90,6 +91,18 @@ def test_equivalent_mutants_name_lines_that_exist(tool: ModuleType, root: Path) 
     for path, before, after in tool.read_equivalent(root / tool.EQUIVALENT):
         lines = [line.strip() for line in (root / path).read_text().splitlines()]
         assert before in lines, f"{path}: {before!r} has changed: remove it from {tool.EQUIVALENT}"
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_that_the_shell_ignores_ends_the_run(tool: ModuleType, number: signal.Signals) -> None:
+    before = {each: signal.signal(each, signal.SIG_IGN) for each in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        tool.end_by_signals()
+        with pytest.raises(KeyboardInterrupt):
+            signal.raise_signal(number)
+    finally:
+        for each, handler in before.items():
+            signal.signal(each, handler)
 
 
 def test_list_prints_and_does_not_build(root: Path) -> None:

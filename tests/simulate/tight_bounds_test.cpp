@@ -145,6 +145,14 @@ TEST(TightBounds, OfTheMotion) {
     v.scene.sensor.exposure_s = 0.05;
     v.expose(3e4);
   });
+  expect_tight(Effect::motion_blur, 1.4, 0, [](TightView& v) {
+    v.scene.sensor.psf_sigma_px = 2;
+    v.scene.sensor.exposure_s = 0.1;
+    v.options.velocity << 0, 0.1, 0, 0, 0, 0;  // 2.8 px
+    v.expose(3e4);
+    v.scene.lamps[0].shape = LampShape::point;
+    v.scene.lamps[0].power_w *= 0.01;
+  });
   expect_tight(Effect::rolling_shutter, 2.0, 1.6, [](TightView& v) {
     v.options.velocity << 0, 0.5, 0, 0, 0, 0;
     v.scene.sensor.row_time_s = 1e-4;
@@ -305,6 +313,161 @@ TEST(TightBounds, OfBloomingsCentroidIsTheReachOfTheCharge) {
   view.scene.sensor.full_well_e = 20;  // all of the image does
   EXPECT_LE(view.plan(Effect::blooming).bound_px, 120);
   EXPECT_GE(view.plan(Effect::blooming).bound_px, 60);
+}
+
+// Changes of two lamps add where their images overlap, and only there. The images are wide by the
+// lamp, by the PSF or by defocus.
+TEST(TightBounds, OfLampsAddWhereTheirImagesOverlap) {
+  for (const int wide_by : {0, 1, 2}) {
+    TightView view;
+    if (wide_by == 1) view.scene.sensor.psf_sigma_px = 3;
+    if (wide_by == 2) {
+      view.scene.lens.focus_distance_m = 1;
+      view.scene.sensor.pixel_pitch_m = 1e-5;
+      view.scene.sensor.f_number = 0.03;
+    }
+    view.expose(3e4);
+    const double alone = view.plan(Effect::psf).bound_dn;
+    const Eigen::MatrixXd image = view.image();
+    double radius_px = 0;
+    for (int x = 0; x < image.rows(); ++x)
+      if (image(x, 60) > 1e-4 * image.maxCoeff())
+        radius_px = std::max(radius_px, std::abs(x - 79.6));
+    EXPECT_GT(radius_px, wide_by == 0 ? 14 : 20);
+    const double sigma_px = view.scene.sensor.psf_sigma_px;
+    for (const bool overlap : {true, false}) {
+      const double apart_px = overlap ? 2 * radius_px - 1 : 2 * (radius_px + 3 * sigma_px) + 5;
+      TightView two = view;
+      two.scene.lamps.push_back(two.scene.lamps[0]);
+      two.scene.lamps[1].id = 1;
+      for (const int k : {0, 1}) two.scene.lamps[k].centre_m.x() = (k - 0.5) * apart_px / 140;
+      two.scene.validate();
+      EXPECT_NEAR(two.plan(Effect::psf).bound_dn / alone, overlap ? 2 : 1, 0.05)
+          << wide_by << ' ' << apart_px;
+    }
+  }
+}
+
+// The lines above and below a point see its blur from poses of their own, also if the line of the
+// point itself is the first one.
+TEST(TightBounds, OfARollingShutterIncludeTheLinesThatSeeTheBlur) {
+  TightView view;
+  view.scene.sensor.psf_sigma_px = 4;
+  view.scene.sensor.row_time_s = 1e-4;
+  view.scene.lamps[0].shape = LampShape::point;
+  view.scene.lamps[0].centre_m = {0, -59.5 / 140, 2};
+  view.options.velocity << 0, 2, 0, 0, 0, 0;
+  view.scene.validate();
+  const double bound_dn = view.plan(Effect::rolling_shutter).bound_dn;
+  const Eigen::MatrixXd with = view.image();
+  view.scene.effects.set(Effect::rolling_shutter, Use::off);
+  const double change = (with - view.image()).cwiseAbs().maxCoeff();
+  EXPECT_GT(change, 5);
+  EXPECT_GT(bound_dn, change);
+}
+
+/// A scene with nearly all effects, none of which makes another one large.
+TightView with_all_effects() {
+  TightView view;
+  Scene& scene = view.scene;
+  scene.camera = Camera::pinhole(80, 60, 140, 140, 39.6, 29.7, {-0.02, 0, 0, 0});
+  scene.lamps.push_back(test::disc_lamp(1, {0.35, 0.2, 2.1}, 0.05));
+  for (Lamp& lamp : scene.lamps) {
+    lamp.normal = {0.2, 0.1, -1};
+    lamp.colour = {1, 0.8, 0.5};
+  }
+  for (Lamp& lamp : scene.lamps) {
+    lamp.frequency_hz = 900;
+    lamp.duty = 0.5;
+  }
+  scene.boxes = {{{-0.2, -0.05, 1}, {0.0, 0.03, 1.1}}};
+  scene.lens.vignetting = {-0.2};
+  scene.lens.veiling_glare = 0.05;
+  scene.lens.ghosts = {{0.05, -0.8, 1}};
+  scene.ambient_w_m2 = 0.02;
+  Sensor& sensor = scene.sensor;
+  sensor.row_time_s = 1e-5;
+  sensor.exposure_s = 3e-4;
+  sensor.gain_sigma = 0.01;
+  sensor.full_well_e = 2.5e4;
+  sensor.blooming = 0.5;
+  sensor.response = Response::srgb;
+  sensor.mosaic = Mosaic::rggb;
+  view.options.velocity << 0.1, -0.2, 0.1, 0.1, 0.1, 0;
+  view.expose(3e4);
+  return view;
+}
+
+// Dark current is no light: it adds to no bound on the change of light.
+TEST(TightBounds, DoNotIncludeDarkCurrent) {
+  TightView view;
+  in_a_room(view);
+  view.scene.lens.veiling_glare = 0.05;
+  view.scene.lens.ghosts = {{0.05, -0.8, 1}};
+  view.scene.ambient_w_m2 = 0.02;
+  view.scene.sensor.full_well_e = 1e9;
+  const RenderPlan plan = plan_render(view.scene, view.pose, view.options);
+  view.scene.sensor.dark_current_e_per_s = 1e4 / view.scene.sensor.exposure_s;
+  const RenderPlan dark = plan_render(view.scene, view.pose, view.options);
+  for (std::size_t i = 0; i < effect_count; ++i) {
+    if (plan.effects[i].effect == Effect::noise) continue;
+    EXPECT_NEAR(plan.effects[i].bound_dn, dark.effects[i].bound_dn, 1e-6)
+        << effect_name(plan.effects[i].effect);
+    EXPECT_EQ(plan.effects[i].bound_px, dark.effects[i].bound_px);
+  }
+  EXPECT_GT(plan.effects[static_cast<std::size_t>(Effect::ambient)].bound_dn, 1);
+}
+
+// An effect that is off changes neither the image nor the bounds of other effects. Bounds need not
+// depend on effects that change them a little only; they are then too large, not too small.
+TEST(Effects, ThatAreOffAreAsIfTheirCauseWasAbsent) {
+  struct Cause {
+    Effect effect;
+    bool counts;  ///< the bounds of all others depend on it
+    std::function<void(Scene&)> remove;
+  };
+  const Cause causes[] = {
+      {Effect::distortion, false,
+       [](Scene& s) { s.camera = Camera::pinhole(80, 60, 140, 140, 39.6, 29.7); }},
+      {Effect::vignetting, true, [](Scene& s) { s.lens.vignetting.clear(); }},
+      {Effect::modulation, false,
+       [](Scene& s) {
+         for (Lamp& lamp : s.lamps) {
+           lamp.frequency_hz.reset();
+           lamp.power_w *= lamp.duty;
+         }
+       }},
+      {Effect::occlusion, true, [](Scene& s) { s.boxes.clear(); }},
+      {Effect::ambient, true, [](Scene& s) { s.ambient_w_m2 = 0; }},
+      {Effect::glare, true, [](Scene& s) { s.lens.veiling_glare = 0; }},
+      {Effect::ghosts, true, [](Scene& s) { s.lens.ghosts.clear(); }},
+      {Effect::mosaic, true, [](Scene& s) { s.sensor.mosaic = Mosaic::none; }},
+      {Effect::gain, false, [](Scene& s) { s.sensor.gain_sigma = 0; }},
+      {Effect::blooming, true, [](Scene& s) { s.sensor.blooming = 0; }},
+      {Effect::response, false, [](Scene& s) { s.sensor.response = Response::linear; }},
+  };
+  for (const Cause& cause : causes) {
+    SCOPED_TRACE(effect_name(cause.effect));
+    TightView off = with_all_effects(), absent = off;
+    off.scene.effects.set(cause.effect, Use::off);
+    cause.remove(absent.scene);
+    const RenderPlan plan = plan_render(off.scene, off.pose, off.options);
+    const RenderPlan expected = plan_render(absent.scene, absent.pose, absent.options);
+    for (std::size_t i = 0; i < effect_count; ++i) {
+      const EffectPlan &a = plan.effects[i], &b = expected.effects[i];
+      if (a.effect == cause.effect) continue;
+      SCOPED_TRACE(effect_name(a.effect));
+      EXPECT_GE(a.bound_dn, 0.99 * b.bound_dn);
+      EXPECT_GE(a.bound_px, 0.99 * b.bound_px);
+      if (cause.effect == Effect::modulation && a.effect == Effect::motion_blur) {
+        EXPECT_LE(a.bound_px, 1.000001 * b.bound_px);
+      }
+      if (!cause.counts) continue;
+      EXPECT_LE(a.bound_dn, 1.000001 * b.bound_dn);
+      EXPECT_LE(a.bound_px, 1.000001 * b.bound_px);
+    }
+    EXPECT_LE((off.image() - absent.image()).cwiseAbs().maxCoeff(), 1);
+  }
 }
 
 }  // namespace
