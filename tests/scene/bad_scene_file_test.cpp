@@ -63,7 +63,9 @@ TEST(BadScene, ErrorsOfTheMap) {
   const std::string two =
       "id: 0, centre_m: [0, 0, 3], radius_m: 0.1, shared_errors_m: [[0, 0, 1]]}\n"
       "  - {id: 1, centre_m: [1, 0, 3], radius_m: 0.1, ";
-  EXPECT_EQ(lamp_complaint(two + "shared_errors_m: [[0, 0, 1], [1, 0, 0]]"), "");
+  EXPECT_EQ(lamp_complaint(two + "shared_errors_m: [[0, 0, 1], [1, 0, 0]]"),
+            "scene.yaml:1: lamp 1: shared_errors_m must be as long as that of lamp 0, 1, got 2 "
+            "displacements");
   EXPECT_EQ(lamp_complaint(two + "position_sigma_m: 0"), "");
   EXPECT_NE(lamp_complaint(lamp + "tilt_sigma_deg: 0").find("tilt_sigma_deg"), std::string::npos);
   EXPECT_EQ(lamp_complaint(lamp + "tilt_sigma_deg: 2, size_sigma: 0.1, position_sigma_m: 0.1"), "");
