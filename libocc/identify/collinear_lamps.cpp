@@ -2,6 +2,7 @@
 #include <array>
 #include <cmath>
 
+#include "libocc/core/internal/dense.hpp"
 #include "libocc/core/math.hpp"
 #include "libocc/geometry/so3.hpp"
 #include "libocc/identify/internal/pose_hypothesis.hpp"
@@ -26,9 +27,10 @@ bool appears_collinear(const AssignmentProblem& problem, const std::vector<Pair>
   return height_over_line(centres) < min_seen_height * sigma_rad * distance;
 }
 
-std::vector<Rigid3> rotations_by_prior(const AssignmentProblem& problem,
-                                       const Assignment& assignment, const Rigid3& pose) {
+std::vector<Rigid3> rotations_about_line(const AssignmentProblem& problem,
+                                         const Assignment& assignment, const Rigid3& pose) {
   constexpr std::size_t count = 72;  // 5 degrees, over which the prior varies little
+  constexpr std::size_t step_without_prior = 6;
   constexpr double step_rad = 2 * pi / count;
   Eigen::Matrix3d ends;
   for (int i = 0; i < 3; ++i) ends.col(i) = problem.map_point(assignment[i].map_point).centre;
@@ -40,13 +42,55 @@ std::vector<Rigid3> rotations_by_prior(const AssignmentProblem& problem,
   for (std::size_t i = 0; i < count; ++i) {
     const Eigen::Matrix3d rotation = so3_exp(static_cast<double>(i) * step_rad * along);
     rotated[i] = pose * Rigid3{rotation, on_line - rotation * on_line};
-    chi2[i] = problem.options->prior->chi2(problem.from_world(rotated[i]));
   }
   std::vector<Rigid3> best;
+  const auto& prior = problem.options->prior;
+  if (!prior || prior->empty()) {
+    for (std::size_t i = 0; i < count; i += step_without_prior) best.push_back(rotated[i]);
+    return best;
+  }
+  for (std::size_t i = 0; i < count; ++i) chi2[i] = prior->chi2(problem.from_world(rotated[i]));
   for (std::size_t i = 0; i < count; ++i)
     if (chi2[i] < chi2[(i + 1) % count] && chi2[i] <= chi2[(i + count - 1) % count])
       best.push_back(rotated[i]);
   return best;
+}
+
+Eigen::Matrix3d off_their_line(const Eigen::Matrix3d& points) {
+  constexpr double straight = 1e-9, height = 1e-6;  // over the distance of the outer points
+  const Triple spread = spread_triple(points);
+  const Eigen::Vector3d along = points.col(spread[1]) - points.col(spread[0]);
+  const Eigen::Vector3d arm = points.col(spread[2]) - points.col(spread[0]);
+  Eigen::Matrix3d moved = points;
+  if (along.cross(arm).norm() < straight * along.squaredNorm())
+    moved.col(spread[2]) += height * along.norm() * along.unitOrthogonal();
+  return moved;
+}
+
+namespace {
+
+constexpr double max_row_height = 0.05;  // over the length of a row
+
+}  // namespace
+
+bool appear_as_row(const AssignmentProblem& problem) {
+  Eigen::Matrix3Xd bearings(3, static_cast<Eigen::Index>(problem.observations.size()));
+  for (Eigen::Index i = 0; i < bearings.cols(); ++i)
+    bearings.col(i) = problem.observation(static_cast<int>(i)).bearing.normalized();
+  const Eigen::Vector3d extent = point_layout(bearings).extent;
+  // The points of a curved line of bearings are in the plane of its chord and its middle.
+  const Eigen::Vector3d normal =
+      core::symmetric_eigen<Eigen::Matrix3d>(bearings * bearings.transpose()).eigenvectors().col(0);
+  return (normal.transpose() * bearings).norm() < max_row_height * extent[0];
+}
+
+bool are_a_row(const AssignmentProblem& problem, int a, int b, int c) {
+  Eigen::Matrix3d points;
+  points << problem.map_point(a).centre, problem.map_point(b).centre, problem.map_point(c).centre;
+  const Triple spread = spread_triple(points);
+  const Eigen::Vector3d along = points.col(spread[1]) - points.col(spread[0]);
+  const Eigen::Vector3d arm = points.col(spread[2]) - points.col(spread[0]);
+  return along.cross(arm).norm() < max_row_height * along.squaredNorm();
 }
 
 }  // namespace occ::internal::identify

@@ -156,7 +156,8 @@ Result<Identification> internal::identify::solve_assignment(const AssignmentProb
     result.message = text.str();
     return result;
   }
-  if (all_collinear(problem)) {
+  const bool has_prior = problem.options->prior && !problem.options->prior->empty();
+  if (!has_prior && all_collinear(problem)) {
     result.status = Status::degenerate;
     result.message = std::string(problem.scene ? "the scene's lamps" : "the object's points") +
                      " are collinear: rotations about their line cannot be distinguished";

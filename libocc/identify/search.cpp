@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <sstream>
+#include <utility>
 
 #include "libocc/core/internal/dense.hpp"
 #include "libocc/core/math.hpp"
@@ -80,6 +81,7 @@ void Search::run() {
              : problem_.options->index       ? IdentifyMethod::hashing
                                              : IdentifyMethod::voting;
   if (!automatic || !search_near_last_pose()) search_by(method);
+  if (automatic && statistics_ && !cut_short_) add_row();
   merge_and_rank();
   const bool last_pose = prior_ && problem_.options->prior->last_pose;
   // In a regular map a moved pose may match some of the blobs that the best pose leaves.
@@ -106,6 +108,20 @@ void Search::search_by(IdentifyMethod method) {
       break;
     default:
       search_by_alignment();
+  }
+}
+
+// Votes need groups of lamps that determine a pose. A row of lamps does not, or not well.
+void Search::add_row() {
+  constexpr std::size_t max_lamps = 128;  // all triples of them are looked at
+  if (problem_.map_points.size() > max_lamps || !appear_as_row(problem_)) return;
+  Search row(problem_);
+  row.row_ = true;
+  row.search_by_alignment();
+  cut_short_ = row.cut_short_;
+  for (PoseHypothesis& hypothesis : row.found_) {
+    hypothesis.poses_scored = statistics_->poses;
+    found_.push_back(std::move(hypothesis));
   }
 }
 
@@ -208,6 +224,7 @@ void Search::try_triple(const BlobTriple& triple) {
         continue;
       for (const int c : problem_.observation(triple.observations[2]).lamps) {
         if (b == c || c == a || !covisibility_.triple(a, b, c)) continue;
+        if (row_ && !are_a_row(problem_, a, b, c)) continue;
         if (tried_enough()) {
           cut_short_ = true;
           return;
@@ -306,7 +323,7 @@ std::vector<FittedPose> Search::candidates_from(const Assignment& assignment) co
     points.col(i) = problem_.map_point(pair.map_point).centre;
   }
   std::array<Rigid3, 4> poses;
-  const int count = p3p_within(bearings, points, kneip_tolerance_rad, poses);
+  const int count = p3p_within(bearings, off_their_line(points), kneip_tolerance_rad, poses);
   const double gate2 = problem_.options->gate_sigma * problem_.options->gate_sigma;
   const std::vector<Pair> triple(assignment.begin(), assignment.end());
   std::vector<FittedPose> seeds;
@@ -318,8 +335,11 @@ std::vector<FittedPose> Search::candidates_from(const Assignment& assignment) co
   };
   for (int i = 0; i < count; ++i) {
     add(poses[i]);
-    if (!prior_ || !appears_collinear(problem_, triple, poses[i])) continue;
-    for (const Rigid3& rotated : rotations_by_prior(problem_, assignment, poses[i])) add(rotated);
+    if (!appears_collinear(problem_, triple, poses[i])) continue;
+    for (const Rigid3& rotated : rotations_about_line(problem_, assignment, poses[i])) {
+      if (!prior_ && !seeds.empty()) break;  // one stands for all
+      add(rotated);
+    }
   }
   return seeds;
 }

@@ -149,7 +149,6 @@ TEST(NearLine, CodesTellTheLampsButNotATurnAboutThem) {
 TEST(NearLine, GravityClosesTheTurnAndLeavesTheEnds) {
   int turned_round = 0, all = 0, stopped = 0;
   for_each_row([&](const Row& row, const RowView& view, Random& random) {
-    if (row.height == 0) return;
     LocateOptions options;
     options.prior = Prior{};
     options.prior->gravity_in_cam =

@@ -74,6 +74,7 @@ class Search {
   void add_moved_poses();
   void add_poses_elsewhere();
   void search_by_alignment();
+  void add_row();
   void try_triple(const BlobTriple& triple);
   void search_by_sampling();
   void search_by_clustering();
@@ -118,6 +119,7 @@ class Search {
   int tried_ = 0;
   std::vector<Seed> seeds_;                   // those on the lit sides that agree with the prior
   std::vector<double> prior_chi2_of_seeds_;   // of all poses from three pairs
+  bool row_ = false;                          // only lamps that are almost on a line are tried
   std::optional<VoteStatistics> statistics_;  // set by the methods that vote
   int groups_ = 0;                            // groups of blobs scored
   int verified_ = 0;                          // candidates verified in double precision
