@@ -333,9 +333,11 @@ std::vector<FittedPose> Search::candidates_from(const Assignment& assignment) co
     if (seed.chi2 > gate2) seed = fit_pose(problem_, triple, pose);
     if (seed.chi2 <= gate2) seeds.push_back(seed);
   };
+  const bool may_turn = prior_ || are_a_row(problem_, assignment[0].map_point,
+                                            assignment[1].map_point, assignment[2].map_point);
   for (int i = 0; i < count; ++i) {
     add(poses[i]);
-    if (!appears_collinear(problem_, triple, poses[i])) continue;
+    if (!may_turn || !appears_collinear(problem_, triple, poses[i])) continue;
     for (const Rigid3& rotated : rotations_about_line(problem_, assignment, poses[i])) {
       if (!prior_ && !seeds.empty()) break;  // one stands for all
       add(rotated);
