@@ -59,9 +59,24 @@ std::vector<Refined> TrackerImpl::branches_of(const Refined& tracked, const Foun
   return branches.size() > 1 ? branches : std::vector<Refined>{};
 }
 
-/// Compares the branches by the prediction and by the sizes of the lamps. Returns false if a branch
-/// outside the gate of the prediction is the only one that remains. A branch inside the gate that
-/// remains widens the observation.
+/// Probabilities of the branches by the lamps and a prior.
+std::vector<double> TrackerImpl::probabilities_of(const std::vector<Refined>& branches,
+                                                  const Found& found, const Scene& scene,
+                                                  const std::optional<Prior>& prior) {
+  Hypothesis hypothesis;
+  hypothesis.matches = found.matches;
+  std::vector<pose::PoseEvidence> evidence;
+  for (const Refined& branch : branches)
+    evidence.push_back(refine::evidence_of(branch, hypothesis, found.blobs, scene, prior));
+  std::vector<double> logs;
+  for (const pose::LogEvidence& log : pose::log_evidences(evidence)) logs.push_back(log.value);
+  return pose::probabilities(logs);
+}
+
+/// Compares the branches by the prediction and by the sizes of the lamps. A branch inside the gate
+/// of the prediction widens the observation. Returns false if the lamps alone leave all branches
+/// inside the gate less than max_risk. The prediction has no say in that, because it comes from
+/// images that were evaluated by the branch in doubt.
 bool TrackerImpl::weigh_branches(const Job& job, const PredictedCamera& camera, const Found& found,
                                  const RefineOptions& options, const Refined& tracked,
                                  PoseObservation& seen) {
@@ -72,31 +87,24 @@ bool TrackerImpl::weigh_branches(const Job& job, const PredictedCamera& camera, 
     images_until_check_ = 0;
     return true;
   }
-  Hypothesis hypothesis;
-  hypothesis.matches = found.matches;
-  std::vector<pose::PoseEvidence> evidence;
-  for (const Refined& branch : branches)
-    evidence.push_back(
-        refine::evidence_of(branch, hypothesis, found.blobs, job.view.scene, options.prior));
-  std::vector<double> logs;
-  for (const pose::LogEvidence& log : pose::log_evidences(evidence)) logs.push_back(log.value);
-  const std::vector<double> shares = pose::probabilities(logs);
-  bool is_alone_outside = false;
+  const Scene& scene = job.view.scene;
+  const std::vector<double> shares = probabilities_of(branches, found, scene, options.prior);
+  const std::vector<double> alone = probabilities_of(branches, found, scene, lasting_prior(job));
+  double inside = alone[0], outside = 0;
   for (std::size_t i = 1; i < branches.size(); ++i) {
     const Vector6 apart = difference(branches[i].cam_from_world, branches[0].cam_from_world);
     const Vector6 off = difference(branches[i].cam_from_world, camera.cam_from_world);
     const Matrix6 covariance = camera.covariance + branches[i].covariance;
     const bool is_inside =
         off.dot(core::solve_llt(covariance, off)) <= gate_chi2(filter_.gate_sigma(), 6);
-    if (is_inside) {
-      sizes_next_ = true;
-      cover(apart, shares[i] / (shares[0] + shares[i]), seen);
-    } else if (shares[i] >= 1 - options_.locate.max_risk) {
-      sizes_next_ = true;
-      is_alone_outside = true;
-    }
+    (is_inside ? inside : outside) += alone[i];
+    if (!is_inside) continue;
+    sizes_next_ = true;
+    cover(apart, shares[i] / (shares[0] + shares[i]), seen);
   }
-  return !is_alone_outside;
+  const bool excluded = inside < options_.locate.max_risk * (inside + outside);
+  sizes_next_ = sizes_next_ || excluded;
+  return !excluded;
 }
 
 }  // namespace occ::internal::track

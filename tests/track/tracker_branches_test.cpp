@@ -5,9 +5,11 @@
 
 #include <Eigen/Cholesky>
 #include <cmath>
+#include <optional>
 
 #include "libocc/core/random.hpp"
 #include "libocc/geometry/so3.hpp"
+#include "libocc/pose/solvers/p3p.hpp"
 #include "libocc/simulate/renderer.hpp"
 #include "libocc/track/tracker.hpp"
 #include "tests/support/nees.hpp"
@@ -80,6 +82,49 @@ TEST(TrackerBranches, APathThroughTheMeetingOfTwoBranchesIsNeverWrong) {
     }
     EXPECT_GT(tracked, frames / 3) << seed;
   }
+}
+
+// Another pose from which the lamps have the same directions, far from the truth; none if `truth`
+// is the only one.
+std::optional<Rigid3> other_pose(const Scene& scene, const Rigid3& truth) {
+  Eigen::Matrix3d bearings, points;
+  for (int i = 0; i < 3; ++i) {
+    points.col(i) = scene.lamps[i].centre_m;
+    bearings.col(i) = (truth * scene.lamps[i].centre_m).normalized();
+  }
+  for (const Rigid3& pose : p3p(bearings, points))
+    if (difference(pose, truth).norm() > 0.3) return pose;
+  return std::nullopt;
+}
+
+TEST(TrackerBranches, AStartAtAnotherPoseThatFitsIsNoticedByTheSizes) {
+  constexpr int frames = 25;
+  int starts = 0;
+  for (std::uint64_t seed = 0; seed < 12; ++seed) {
+    Random random(5, seed);
+    const Scene scene = three_lamps(random);
+    const double heading = random.uniform(-3, 3), direction = random.uniform(-3, 3);
+    const Eigen::Vector3d along(std::cos(direction), std::sin(direction), 0);
+    const auto truth_at = [&](int frame) {
+      return pose_at((0.1 + 0.003 * frame) * along, heading);
+    };
+    const std::optional<Rigid3> wrong = other_pose(scene, truth_at(0));
+    if (!wrong) continue;
+    ++starts;
+    Vector6 sigmas;
+    sigmas << 1e-3, 1e-3, 1e-3, 1e-2, 1e-2, 1e-2;
+    Tracker tracker(scene, by_centres());
+    tracker.start(0, *wrong, sigmas.cwiseAbs2().asDiagonal());
+    Renderer renderer(scene);
+    TrackedFrame seen;
+    for (int frame = 1; frame < frames; ++frame)
+      seen = add_frame(tracker, renderer, truth_at(frame), frame);
+    EXPECT_EQ(seen.state, TrackerState::tracking) << "seed " << seed << ": " << seen.reason;
+    const Vector6 off = difference(truth_at(frames - 1), seen.cam_from_world);
+    EXPECT_LT(test::nees(off, seen.covariance), 40)
+        << "seed " << seed << ": " << error_m(seen, truth_at(frames - 1)) << " m off";
+  }
+  EXPECT_GT(starts, 6);
 }
 
 }  // namespace
