@@ -124,14 +124,16 @@ struct Roots {
   bool keep_close;
   int count = 0;
 
-  void add(const Triangle& t, const Root& root) {
-    if (!is_root(root)) return;
+  // Returns false if `root` is none.
+  bool add(const Triangle& t, const Root& root) {
+    if (!is_root(root)) return false;
     for (int i = 0; i < count && !keep_close; ++i) {
       if (!same(t, root, list[i])) continue;
       if (root.misfit < list[i].misfit) list[i] = root;
-      return;
+      return true;
     }
     if (count < max_roots) list[count++] = root;
+    return true;
   }
 };
 
@@ -165,7 +167,8 @@ NullVectors null_vectors(const Linearised<double>& e) {
 
 // Adds two roots that are close to each other, from a start close to both. Along n the equations
 // change by e J n + e^2 Q(n), exactly. Newton's method across n is followed by a quadratic equation
-// along n. If rounding has made its roots complex, their real part is used.
+// along n. If rounding has made its roots complex, their real part is used. Where the quadratic
+// equation itself is lost in rounding, the start remains.
 void add_pair(const Triangle& t, const Eigen::Vector3d& start, Roots& roots) {
   constexpr int steps_across = 4;
   Eigen::Vector3d depth = start;
@@ -194,12 +197,14 @@ void add_pair(const Triangle& t, const Eigen::Vector3d& start, Roots& roots) {
     }
   }
   const double root = std::sqrt(std::max(0.0, linear * linear - 4 * quadratic * constant));
-  for (const double sign : {-1.0, 1.0}) {
-    const Eigen::Vector3d d = depth + n * ((-linear + sign * root) / (2 * quadratic));
+  const auto add = [&](const Eigen::Vector3d& d) {
     Root one{{d[0], d[1], d[2]}, 0};
     polish(t, one);
-    roots.add(t, one);
-  }
+    return roots.add(t, one);
+  };
+  const bool first = add(depth + n * ((-linear - root) / (2 * quadratic)));
+  const bool second = add(depth + n * ((-linear + root) / (2 * quadratic)));
+  if (!first && !second) add(start);
 }
 
 }  // namespace

@@ -253,8 +253,8 @@ TEST(P3pHardCases, OnTheDangerCylinder) {
   }
 }
 
-// Rounding turns some double roots into complex pairs; thin triangles amplify it.
-TEST(P3pHardCases, FewDoubleRootsOfRandomTrianglesAreLost) {
+// Rounding moves double roots, and thin triangles amplify it.
+TEST(P3pHardCases, DoubleRootsOfRandomTriangles) {
   Random random(18);
   int lost = 0;
   for (int i = 0; i < 300000; ++i) {
@@ -268,7 +268,7 @@ TEST(P3pHardCases, FewDoubleRootsOfRandomTrianglesAreLost) {
     const Problem p = make_problem(points, looking_up(random, position, 0.7));
     lost += !(smallest_error(p3p(p.bearings, p.points), p) < 0.01);
   }
-  EXPECT_LE(lost, 30);
+  EXPECT_LE(lost, 2);
 }
 
 // On the axis of three equal lamps there are four poses: three differ by rotations of 120 degrees.
