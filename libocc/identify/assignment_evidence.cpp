@@ -8,6 +8,7 @@
 #include "libocc/core/math.hpp"
 #include "libocc/geometry/internal/derivative_by_pose.hpp"
 #include "libocc/identify/internal/brightness.hpp"
+#include "libocc/identify/internal/prior_gate.hpp"
 
 namespace occ::internal::identify {
 namespace {
@@ -183,6 +184,12 @@ std::vector<PriorPart> prior_parts(const Prior& prior, const Rigid3& cam_from_wo
   add(prior.last_pose.has_value(), last, last_pose_wrong);
   if (prior.last_pose) parts.back().is_place = true;
   return parts;
+}
+
+std::optional<Prior> prior_without_place(Prior prior, const Rigid3& cam_from_world) {
+  prior.last_pose.reset();
+  if (prior.empty() || !(prior.chi2(cam_from_world) <= max_prior_chi2)) return std::nullopt;
+  return prior;
 }
 
 PoseEvidence evidence_of(const AssignmentProblem& problem, const PoseHypothesis& e,

@@ -103,8 +103,8 @@ struct Identification {
   double chance = 0;       ///< expected number of wrong poses that match as many blobs
   bool cut_short = false;  ///< the search stopped at max_hypotheses or max_time_s
   double untried = 0;  ///< share of the groups of blobs that a search that was cut short left out
-  /// Poses that only the prior's last pose excludes: they match nearly as many blobs by a symmetry
-  /// of the map, or more blobs. If the last pose is wrong, one of them may be right.
+  /// Poses that only the prior excludes, with nearly as many blobs at another place that looks
+  /// alike, or with more. If the prior is wrong, one of them may be right.
   std::vector<Hypothesis> excluded;
   /// The symmetries of the map were searched for such poses. They are not if fewer than four lamps
   /// match or if all of these are collinear.

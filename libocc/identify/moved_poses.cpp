@@ -170,14 +170,20 @@ void Search::add_moved_poses() {
   merge_and_rank();
 }
 
-// If the pose near a last pose may be accidental and leaves most blobs, the last pose is doubtful:
-// searches for poses elsewhere that match more blobs.
+// A prior is doubtful if its pose leaves most blobs and misses as many lamps as it matches; a last
+// pose also if its pose leaves most blobs and may be accidental. Searches for poses elsewhere that
+// match more blobs.
 void Search::add_poses_elsewhere() {
-  if (found_.empty() || 2 * found_.front().pairs.size() >= problem_.observations.size() ||
-      chance() <= max_chance_if_missing)
-    return;
+  if (found_.empty()) return;
+  const PoseHypothesis& best = found_.front();
+  if (2 * best.pairs.size() >= problem_.observations.size()) return;
   IdentifyOptions options = *problem_.options;
-  options.prior->last_pose.reset();
+  if (best.missed >= static_cast<int>(best.pairs.size()))
+    options.prior.reset();
+  else if (options.prior->last_pose && chance() > max_chance_if_missing)
+    options.prior->last_pose.reset();
+  else
+    return;
   AssignmentProblem open = problem_;
   open.options = &options;
   Search elsewhere(open);

@@ -88,7 +88,7 @@ void Search::run() {
   const bool leaves_blobs =
       !found_.empty() && found_.front().pairs.size() < problem_.observations.size();
   if (cut_short_ || last_pose || leaves_blobs) add_moved_poses();
-  if (last_pose) add_poses_elsewhere();
+  if (prior_) add_poses_elsewhere();
   penalise_fewer_pairs();
 }
 

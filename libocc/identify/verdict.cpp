@@ -94,8 +94,8 @@ void sort_and_merge(std::vector<Weighed>& all) {
   all = std::move(distinct);
 }
 
-/// Probability of each pose that only the last pose excludes, over that of the best hypothesis. If
-/// the last pose is wrong, it was the pose of another place that looks alike.
+/// Probability of each pose that only the prior excludes, over that of the best hypothesis: they
+/// are compared without the part of the prior that excludes it.
 std::vector<double> excluded_shares(const AssignmentProblem& problem, const PoseHypothesis& best,
                                     const std::vector<Hypothesis>& excluded) {
   constexpr double max_log = 100;  // larger ratios have the same effect
@@ -103,15 +103,15 @@ std::vector<double> excluded_shares(const AssignmentProblem& problem, const Pose
   std::vector<PoseHypothesis> all = with_poses(problem, excluded);
   all.push_back(best);
   const bool fit = powers_fit(problem, all);
-  Prior prior = *problem.options->prior;
-  prior.last_pose.reset();
-  const auto log_of = [&](const PoseHypothesis& e) {
-    return pose::log_evidence(evidence_of(problem, e, prior, fit)).value;
-  };
-  const double of_best = log_of(best);
   std::vector<double> shares;
-  for (std::size_t i = 0; i < excluded.size(); ++i)
-    shares.push_back(last_pose_elsewhere * std::exp(std::min(log_of(all[i]) - of_best, max_log)));
+  for (std::size_t i = 0; i < excluded.size(); ++i) {
+    const std::optional<Prior> prior =
+        prior_without_place(*problem.options->prior, excluded[i].cam_from_world);
+    const auto log_of = [&](const PoseHypothesis& e) {
+      return pose::log_evidence(evidence_of(problem, e, prior, fit)).value;
+    };
+    shares.push_back(prior_elsewhere * std::exp(std::min(log_of(all[i]) - log_of(best), max_log)));
+  }
   return shares;
 }
 

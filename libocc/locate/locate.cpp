@@ -10,6 +10,7 @@
 #include "libocc/core/require.hpp"
 #include "libocc/identify/internal/assignment_evidence.hpp"
 #include "libocc/identify/internal/assignment_problem.hpp"
+#include "libocc/identify/internal/prior_gate.hpp"
 #include "libocc/identify/internal/verdict.hpp"
 #include "libocc/locate/internal/best_candidate.hpp"
 #include "libocc/locate/internal/exclusion.hpp"
@@ -114,36 +115,36 @@ double risk_of(const Refinement& refinement) {
   return risk;
 }
 
-/// Adds the poses that only the last pose excludes. If it is wrong, it was the pose of another
-/// place that looks alike, so that these poses are compared with the best one without the last
-/// pose.
+/// Adds the poses that only the prior excludes. They are compared with the best one without the
+/// part of the prior that excludes them.
 void add_excluded(const RefinementAhead& ahead, const std::vector<Hypothesis>& excluded,
                   Refinement& refinement) {
   const RankedPose& best = refinement.poses.front();
   if (excluded.empty() || !best.refined.ok()) return;
   RefineOptions options = ahead.options;
   options.rung = std::min(options.rung, Rung::rims);
-  if (options.prior) options.prior->last_pose.reset();
-  const auto evidence = [&](const Refined& refined, const Hypothesis& hypothesis) {
-    return internal::pose::log_evidence(
-               evidence_of(refined, hypothesis, ahead.blobs, ahead.scene, options.prior))
-        .value;
-  };
-  const double of_best = evidence(*best.refined, *best.hypothesis);
   const double probability = best.probability;
   std::vector<RankedPose> rivals;
   double sum = 1;
   for (const Hypothesis& hypothesis : excluded) {
+    options.prior =
+        internal::identify::prior_without_place(*ahead.options.prior, hypothesis.cam_from_world);
+    const auto evidence = [&](const Refined& refined, const Hypothesis& of) {
+      return internal::pose::log_evidence(
+                 evidence_of(refined, of, ahead.blobs, ahead.scene, options.prior))
+          .value;
+    };
     RankedPose rival;
     rival.refined = refine_as_stated(hypothesis.cam_from_world, hypothesis.matches, ahead.blobs,
                                      ahead.scene, options, nullptr);
     if (!rival.refined.ok()) continue;
     constexpr double max_log = 100;  // larger ratios have the same effect
-    const double log_ratio = evidence(*rival.refined, hypothesis) - of_best;
+    const double log_ratio =
+        evidence(*rival.refined, hypothesis) - evidence(*best.refined, *best.hypothesis);
     rival.hypothesis = &hypothesis;
     rival.fits = true;
-    rival.probability = probability * internal::identify::last_pose_elsewhere *
-                        std::exp(std::min(log_ratio, max_log));
+    rival.probability =
+        probability * internal::identify::prior_elsewhere * std::exp(std::min(log_ratio, max_log));
     sum += rival.probability;
     rivals.push_back(std::move(rival));
   }
@@ -153,6 +154,10 @@ void add_excluded(const RefinementAhead& ahead, const std::vector<Hypothesis>& e
   std::stable_sort(
       refinement.poses.begin(), refinement.poses.end(),
       [](const RankedPose& a, const RankedPose& b) { return a.probability > b.probability; });
+}
+
+bool is_excluded(const std::optional<Prior>& prior, const Rigid3& cam_from_world) {
+  return prior && prior->chi2(cam_from_world) > internal::identify::max_prior_chi2;
 }
 
 /// A search that was cut short may have missed a rival. Evidence alone excludes rivals by chance,
@@ -220,6 +225,9 @@ Result<Fix> locate_blobs(const std::vector<Blob>& blobs, const Scene& scene,
   const double risk = risk_of(refinement);
   fix.risk = risk + (1 - risk) * rest;
   conclude(refinement, options.max_risk, result);
+  if (is_excluded(options.prior, fix.cam_from_world))
+    result.message += std::string(result.message.empty() ? "" : "; ") +
+                      "the prior excludes the most probable pose: check the prior";
   if (!(fix.risk <= options.max_risk))
     result.message += suspects(*refinement.poses.front().refined, blobs, scene);
   const int untried_percent = static_cast<int>(std::ceil(100 * identified->untried));

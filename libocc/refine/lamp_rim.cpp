@@ -11,6 +11,7 @@
 #include "libocc/core/internal/dense.hpp"
 #include "libocc/core/internal/robust_loss.hpp"
 #include "libocc/core/math.hpp"
+#include "libocc/geometry/so3.hpp"
 #include "libocc/refine/internal/predicted_centroid.hpp"
 
 namespace occ::internal::refine {
@@ -93,7 +94,26 @@ void LampRim::linearise_camera(const LampInCam& lamp) {
   }
 }
 
+/// The last estimate, moved to `state` along its derivatives. Far away it says nothing.
+void LampRim::predict_errors(const State& state) {
+  if (estimate_.by_state.size() == 0) return;
+  constexpr double max_motion_px = 3;
+  const Rigid3& before = estimate_.state.cam_from_world;
+  const Eigen::Vector3d centre_m = state.cam_from_world * lamp_.lamp->centre_m;
+  Eigen::VectorXd motion(estimate_.by_state.cols());
+  motion.head<3>() = so3_log(state.cam_from_world.rotation * before.rotation.transpose());
+  motion.segment<3>(3) = centre_m - before * lamp_.lamp->centre_m;
+  motion[6] = state.growth_px - estimate_.state.growth_px;
+  motion[residual_index] = 1;
+  motion.tail(motion.size() - 8) = all_.shared_shift;
+  const double motion_m =
+      motion.segment<3>(3).norm() + lamp_.lamp->reach_m() * motion.head<3>().norm();
+  if (motion_m * scene_.camera.fx_px() < max_motion_px * centre_m.norm())
+    set_estimate(estimate_.by_state * motion);
+}
+
 int LampRim::linearise(const State& state, const Eigen::Vector3d& pivot) {
+  if (lamp_.errors) predict_errors(state);
   linearise_rim(state, pivot);
   if (lamp_.errors) follow_errors(state, pivot, nullptr);
   return lost_;
@@ -161,6 +181,7 @@ bool LampRim::is_stable(const State& state, const Eigen::Vector3d& pivot,
 
 int LampRim::linearise_rim(const State& state, const Eigen::Vector3d& pivot) {
   sums_.reset();
+  estimate_.state = state;
   unit_error_ = next_unit_error_;
   if (lamp_.errors) error_ = lamp_.errors->scaled(unit_error_);
   const LampInCam in_cam = lamp_at(state.cam_from_world);
@@ -267,9 +288,10 @@ Eigen::MatrixXd LampRim::eliminate(const Products& products) {
   const Eigen::MatrixXd estimates = core::solve_llt(information, whitened);
   sums -= core::transposed_product(whitened, estimates);
   if (lamp_.errors) {
-    Eigen::VectorXd errors_of_lamp = -estimates.col(residual_index);
-    if (errors > 0) errors_of_lamp -= estimates.rightCols(errors) * all_.shared_shift;
-    set_estimate(errors_of_lamp.tail<7>());
+    estimate_.by_state = -estimates.bottomRows<7>();
+    LampError unit = estimate_.by_state.col(residual_index);
+    if (errors > 0) unit += estimate_.by_state.rightCols(errors) * all_.shared_shift;
+    set_estimate(unit);
   }
   return sums;
 }
@@ -381,6 +403,7 @@ double LampRim::chi2_with_errors(const State& state, Eigen::VectorXd* by_shared)
   const Eigen::VectorXd weights = weights_;
   const LampError estimate = next_unit_error_;
   const Eigen::Vector3d anywhere = Eigen::Vector3d::Zero();  // the pivot has no effect on chi2
+  if (lamp_.errors) predict_errors(state);
   linearise_rim(state, anywhere);
   if (lamp_.errors) follow_errors(state, anywhere, &weights);
   if (!sums_) {

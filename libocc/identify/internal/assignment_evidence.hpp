@@ -29,8 +29,12 @@ LIBOCC_API std::vector<pose::PriorPart> prior_parts(const Prior& prior,
 
 /// Probability that a last pose is off by more than stated.
 inline constexpr double last_pose_wrong = 1e-2;
-/// Probability that it is the pose of another place that looks alike. In a regular map nothing but
-/// the last pose excludes that place, so every pose there has at least this risk.
-inline constexpr double last_pose_elsewhere = 1e-5;
+/// Probability that a prior is that of another place. In a regular map nothing but a last pose
+/// excludes a place that looks alike, so every pose there has at least this risk.
+inline constexpr double prior_elsewhere = 1e-5;
+
+/// A prior for poses that it excludes: without its last pose, or nothing if the rest excludes
+/// `cam_from_world`, too.
+std::optional<Prior> prior_without_place(Prior prior, const Rigid3& cam_from_world);
 
 }  // namespace occ::internal::identify

@@ -53,7 +53,7 @@ class Search {
   bool cut_short() const { return cut_short_; }
   std::string limit_reached() const;  ///< message of a search that was cut short
   double untried() const;             ///< share of the groups of blobs left out; 0 unless cut short
-  /// Poses that only the prior's last pose excludes, see Identification::excluded.
+  /// Poses that only the prior excludes, see Identification::excluded.
   const std::vector<PoseHypothesis>& excluded() const { return excluded_; }
   bool excluded_listed() const { return excluded_listed_; }
 

@@ -61,6 +61,7 @@ class LampRim {
   void follow_errors(const State& state, const Eigen::Vector3d& pivot,
                      const Eigen::VectorXd* weights);
   bool is_stable(const State& state, const Eigen::Vector3d& pivot, const Eigen::VectorXd* weights);
+  void predict_errors(const State& state);
   void displace_by_centroid(const State& state);
   int linearise_rim(const State& state, const Eigen::Vector3d& pivot);
   void step_back();
@@ -92,7 +93,11 @@ class LampRim {
 
   // With errors of the scene. The common errors are then v and those of the lamp.
   LampError unit_error_ = LampError::Zero(), next_unit_error_ = LampError::Zero();
-  LampError error_ = LampError::Zero();      // of unit_error_
+  LampError error_ = LampError::Zero();  // of unit_error_
+  struct {
+    State state;
+    Eigen::Matrix<double, 7, Eigen::Dynamic> by_state;  // columns as in the sums of eliminate()
+  } estimate_;                               // of the errors, where the rim was last linearised
   Eigen::Matrix<double, 6, 7> unit_motion_;  // see unit_motion()
   std::optional<Eigen::MatrixXd> sums_;      // of the last pass, if the rows are still those
   Eigen::RowVectorXd seen_, back_;           // residuals r(e0), and (d r / d e) e0
