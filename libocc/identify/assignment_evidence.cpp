@@ -186,10 +186,13 @@ std::vector<PriorPart> prior_parts(const Prior& prior, const Rigid3& cam_from_wo
   return parts;
 }
 
-std::optional<Prior> prior_without_place(Prior prior, const Rigid3& cam_from_world) {
-  prior.last_pose.reset();
-  if (prior.empty() || !(prior.chi2(cam_from_world) <= max_prior_chi2)) return std::nullopt;
-  return prior;
+WrongPrior wrong_prior(const Prior& prior, const Rigid3& cam_from_world) {
+  constexpr double last_pose_elsewhere = 1e-5, all_misstated = 1e-8;
+  Prior rest = prior;
+  rest.last_pose.reset();
+  if (!rest.empty() && !(rest.chi2(cam_from_world) <= max_prior_chi2))
+    return {std::nullopt, all_misstated};
+  return {rest.empty() ? std::nullopt : std::optional(rest), last_pose_elsewhere};
 }
 
 PoseEvidence evidence_of(const AssignmentProblem& problem, const PoseHypothesis& e,

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "libocc/core/statistics.hpp"
 #include "libocc/identify/internal/last_pose.hpp"
 #include "libocc/identify/internal/search.hpp"
 
@@ -133,7 +134,7 @@ double tolerance_m(const AssignmentProblem& problem, const PoseHypothesis& e) {
 
 }  // namespace
 
-// The poses are verified without the last pose. Those within six sigma of it become hypotheses.
+// The poses are verified without the prior. Those within six sigma of it become hypotheses.
 void Search::add_moved_poses() {
   if (found_.empty() || found_.front().pairs.size() < 4) return;
   const PoseHypothesis best = found_.front();
@@ -144,7 +145,7 @@ void Search::add_moved_poses() {
       motions_of(problem_, best.pairs, *corner, tolerance_m(problem_, best));
   if (motions.empty()) return;
   IdentifyOptions options = *problem_.options;
-  if (options.prior) options.prior->last_pose.reset();
+  options.prior.reset();
   AssignmentProblem open = problem_;
   open.options = &options;
   Search free(open);
@@ -170,17 +171,21 @@ void Search::add_moved_poses() {
   merge_and_rank();
 }
 
-// A prior is doubtful if its pose leaves most blobs and misses as many lamps as it matches; a last
-// pose also if its pose leaves most blobs and may be accidental. Searches for poses elsewhere that
-// match more blobs.
+// A prior is doubtful if its best pose is off by more than chance explains, or leaves most blobs
+// and misses as many lamps as it matches; a last pose also if its pose leaves most blobs and may be
+// accidental. Searches for poses elsewhere that match as many blobs.
 void Search::add_poses_elsewhere() {
   if (found_.empty()) return;
+  constexpr double max_sigmas = 3.3;
   const PoseHypothesis& best = found_.front();
-  if (2 * best.pairs.size() >= problem_.observations.size()) return;
+  const Prior& prior = *problem_.options->prior;
+  const bool is_off = prior.chi2(problem_.from_world(best.estimate.pose)) >
+                      gate_chi2(max_sigmas, std::max(1, prior.dof()));
+  const bool leaves_most = 2 * best.pairs.size() < problem_.observations.size();
   IdentifyOptions options = *problem_.options;
-  if (best.missed >= static_cast<int>(best.pairs.size()))
+  if (is_off || (leaves_most && best.missed >= static_cast<int>(best.pairs.size())))
     options.prior.reset();
-  else if (options.prior->last_pose && chance() > max_chance_if_missing)
+  else if (leaves_most && prior.last_pose && chance() > max_chance_if_missing)
     options.prior->last_pose.reset();
   else
     return;
@@ -189,8 +194,13 @@ void Search::add_poses_elsewhere() {
   Search elsewhere(open);
   elsewhere.run();
   cut_short_ = cut_short_ || elsewhere.cut_short_;
+  const auto is_known = [&](const PoseHypothesis& e) {
+    return std::any_of(excluded_.begin(), excluded_.end(), [&](const PoseHypothesis& known) {
+      return same_pairs(known.pairs, e.pairs);
+    });
+  };
   for (PoseHypothesis& e : elsewhere.found_)
-    if (!agrees_with_prior(problem_, e) && support(e.pairs) > best_support_)
+    if (!agrees_with_prior(problem_, e) && support(e.pairs) >= best_support_ && !is_known(e))
       excluded_.push_back(std::move(e));
 }
 

@@ -115,8 +115,24 @@ double risk_of(const Refinement& refinement) {
   return risk;
 }
 
-/// Adds the poses that only the prior excludes. They are compared with the best one without the
-/// part of the prior that excludes them.
+/// ln of the probability of a pose that only the prior excludes, over that of the best pose: with
+/// the prior, one part of which may be misstated, or where the prior is wrong.
+double log_ratio_of_excluded(const RefinementAhead& ahead, const RankedPose& best,
+                             const RankedPose& rival) {
+  const auto log_ratio = [&](const std::optional<Prior>& prior) {
+    const auto log_of = [&](const RankedPose& pose) {
+      return internal::pose::log_evidence(
+                 evidence_of(*pose.refined, *pose.hypothesis, ahead.blobs, ahead.scene, prior))
+          .value;
+    };
+    return log_of(rival) - log_of(best);
+  };
+  const Prior& stated = *ahead.options.prior;
+  const auto wrong = internal::identify::wrong_prior(stated, rival.hypothesis->cam_from_world);
+  return std::max(std::log(wrong.probability) + log_ratio(wrong.rest), log_ratio(stated));
+}
+
+/// Adds the poses that only the prior excludes.
 void add_excluded(const RefinementAhead& ahead, const std::vector<Hypothesis>& excluded,
                   Refinement& refinement) {
   const RankedPose& best = refinement.poses.front();
@@ -128,23 +144,16 @@ void add_excluded(const RefinementAhead& ahead, const std::vector<Hypothesis>& e
   double sum = 1;
   for (const Hypothesis& hypothesis : excluded) {
     options.prior =
-        internal::identify::prior_without_place(*ahead.options.prior, hypothesis.cam_from_world);
-    const auto evidence = [&](const Refined& refined, const Hypothesis& of) {
-      return internal::pose::log_evidence(
-                 evidence_of(refined, of, ahead.blobs, ahead.scene, options.prior))
-          .value;
-    };
+        internal::identify::wrong_prior(*ahead.options.prior, hypothesis.cam_from_world).rest;
     RankedPose rival;
     rival.refined = refine_as_stated(hypothesis.cam_from_world, hypothesis.matches, ahead.blobs,
                                      ahead.scene, options, nullptr);
     if (!rival.refined.ok()) continue;
     constexpr double max_log = 100;  // larger ratios have the same effect
-    const double log_ratio =
-        evidence(*rival.refined, hypothesis) - evidence(*best.refined, *best.hypothesis);
     rival.hypothesis = &hypothesis;
     rival.fits = true;
     rival.probability =
-        probability * internal::identify::prior_elsewhere * std::exp(std::min(log_ratio, max_log));
+        probability * std::exp(std::min(log_ratio_of_excluded(ahead, best, rival), max_log));
     sum += rival.probability;
     rivals.push_back(std::move(rival));
   }

@@ -34,7 +34,7 @@ std::optional<std::size_t> contradicting_lamp(const Observations& observations,
   const double chi2 = minimum.normal.chi2;
   if (!(chi2 > chi2_limit) || degrees_of_freedom <= 2) return std::nullopt;
   const core::Ldlt<Matrix8> information(minimum.normal.information);
-  double largest = 0;
+  double largest = 0, second = 0;
   std::size_t worst = 0;
   for (std::size_t i = 0; i < observations.lamps.size(); ++i) {
     const LampObservation& lamp = observations.lamps[i];
@@ -42,15 +42,19 @@ std::optional<std::size_t> contradicting_lamp(const Observations& observations,
     const std::optional<RefineProblem::CentroidResidual> centroid =
         problem.centroid_residual(lamp, minimum.state, minimum.pivot);
     const double drop = centroid ? drop_without(*centroid, information) : 0;
+    second = std::max(second, std::min(drop, largest));
     if (drop > largest) {
       largest = drop;
       worst = i;
     }
   }
   const double rest = std::max(chi2 - largest, 1e-12 * chi2);
-  const double by_chance = std::pow(1 + largest / rest, -(degrees_of_freedom - 2) / 2.0);
-  if (largest > chi2_limit && by_chance < chance) return worst;
-  return std::nullopt;
+  const int dof = degrees_of_freedom - 2;
+  const double by_chance = std::pow(1 + largest / rest, -dof / 2.0);
+  if (!(largest > chi2_limit && by_chance < chance)) return std::nullopt;
+  // Another lamp explains the contradiction as well, as in four lamps where any one may be wrong.
+  if (largest - second < chi2_limit * std::max(1.0, rest / dof)) return std::nullopt;
+  return worst;
 }
 
 }  // namespace occ::internal::refine

@@ -180,6 +180,16 @@ TEST(Headlights, TellTheCallersMistakes) {
   EXPECT_NE(said({}).find("lamps_px[1]"), std::string::npos);
 }
 
+TEST(Headlights, WithoutAnyPoseTheReasonIsThatOfSolvePose) {
+  Eigen::Matrix3Xd lamps(3, 3);
+  lamps << 0, 0, 0, 0.7, -0.7, 0.1, 0, 0, 0;  // on a line
+  Eigen::Matrix2Xd px(2, 3);
+  px << 700, 600, 640, 400, 400, 400;
+  const auto poses = vehicle_poses(lamps, px, road_camera(), 0.2);
+  EXPECT_TRUE(poses->empty());
+  EXPECT_EQ(poses.status, Status::degenerate) << poses.message;
+}
+
 TEST(Headlights, AThirdLampGivesTheFullAnswer) {
   Eigen::Matrix3Xd lamps(3, 3);  // and a lamp in the windscreen
   lamps << 0, 0, -1.2, 0.7, -0.7, 0.3, 0, 0, 0.7;

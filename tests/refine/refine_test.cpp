@@ -225,6 +225,34 @@ TEST(Refine, OneWrongLampAmongEightIsFoundAndLeftOut) {
   }
 }
 
+// Without the lamp that is far from three others, these fit although one of them is wrong.
+TEST(Refine, OneWrongLampAmongFourIsNotAnotherOne) {
+  Scene scene;
+  scene.camera = Camera::pinhole(640, 480, 310, 310, 319.5, 239.5);
+  const Eigen::Vector3d centres_m[] = {
+      {1.81, 3.35, 2.85}, {2.18, 4.10, 2.82}, {0.04, 3.56, 2.83}, {2.46, 3.96, 2.99}};
+  for (const Eigen::Vector3d& centre_m : centres_m)
+    scene.lamps.push_back(test::disc_lamp(static_cast<int>(scene.lamps.size()), centre_m, 0.036));
+  const Eigen::Vector3d position(0.812, 4.005, 1.07);
+  const Eigen::Matrix3d rotation = nearest_rotation(
+      (Eigen::Matrix3d() << 0.7, -0.7, 0.143, 0.71, 0.702, -0.044, -0.07, 0.132, 0.989).finished());
+  const Rigid3 pose{rotation, -rotation * position};
+  RefineOptions options;
+  options.prior = Prior{};
+  options.prior->gravity_in_cam = -pose.rotation.col(2);
+  options.prior->gravity_sigma_rad = 0.01;
+  options.prior->heading_rad = heading_rad(pose);
+  options.prior->heading_sigma_rad = 0.2;
+  for (const int rim_points : {0, 36}) {
+    Random random(9);
+    auto blobs = measured_blobs(scene, pose, {rim_points, 0.05, 0.01}, &random);
+    blobs[0].rim.clear();
+    blobs[0].centroid_px += Eigen::Vector2d(0.18, -0.15);
+    const auto refined = refine(pose, in_order(scene), blobs, scene, options);
+    for (const std::size_t right : {1, 2, 3}) EXPECT_FALSE(refined->lamps[right].contradicts);
+  }
+}
+
 TEST(Refine, LampsThatAllDisagreeALittleAreAllKept) {
   const Scene scene = eight_lamps();
   Random random(8);

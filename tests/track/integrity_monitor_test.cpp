@@ -48,7 +48,7 @@ struct Step {
 /// Drives an arc in the world `real`. The tracker's map is `map`; all lamps are off from image
 /// `dark_from` to `dark_to`.
 std::vector<Step> drive(const Scene& real, const Scene& map, int dark_from = frames,
-                        int dark_to = frames) {
+                        int dark_to = frames, double odometry_sigma = 1e-4) {
   Scene off = real;
   for (occ::Lamp& lamp : off.lamps) lamp.power_w = 1e-9;
   occ::Renderer lit(real), dark(off);
@@ -62,7 +62,8 @@ std::vector<Step> drive(const Scene& real, const Scene& map, int dark_from = fra
     if (i > 0) {
       const PlanarPose moved = pose_at(i - 1).inverse() * pose_at(i);
       tracker.add(
-          occ::PlanarOdometry{time_s - frame_s, time_s, moved, 1e-8 * Eigen::Matrix3d::Identity()});
+          occ::PlanarOdometry{time_s - frame_s, time_s, moved,
+                              odometry_sigma * odometry_sigma * Eigen::Matrix3d::Identity()});
     }
     options.frame = static_cast<std::uint32_t>(i);
     const bool is_dark = i >= dark_from && i < dark_to;
@@ -110,6 +111,18 @@ TEST(IntegrityMonitor, GrowsWithTheDistanceWhileTheLampsAreOff) {
     EXPECT_LT(steps[i].error_m, steps[i].level_m);
   }
   EXPECT_LT(steps[21].level_m, steps[19].level_m);
+}
+
+TEST(IntegrityMonitor, AStepInTheDarkAddsTheQuantileOfItsLength) {
+  constexpr int dark = 10;
+  constexpr double sigma_m = 0.05;
+  const double risk = occ::TrackerOptions{}.integrity_risk / 3;
+  const auto growth_m = [&](double odometry_sigma) {
+    const auto steps = drive(six_lamps(), six_lamps(), dark, frames, odometry_sigma);
+    return steps[dark].level_m - steps[dark - 1].level_m;
+  };
+  const double quantile = std::sqrt(-2 * std::log(risk));
+  EXPECT_NEAR(growth_m(2 * sigma_m) - growth_m(sigma_m), quantile * sigma_m, 0.02 * sigma_m);
 }
 
 TEST(IntegrityMonitor, OneLampAloneHasNoLevel) {

@@ -137,6 +137,23 @@ TEST(PoseFilter, InertialSensorsErrorsAreAsLargeAsItSays) {
   expect_consistent(sum, 300);
 }
 
+TEST(PoseFilter, OdometryOutweighsTheAccelerometer) {
+  const Rigid3 start = look_at({1, 2, 0.5}, {2, 2, 1}, {0, 0, 1});
+  Vector6 motion;
+  motion << 0, 0, 0, 0.02, -0.01, 0.05;
+  const Rigid3 told = moved_pose({}, motion, 1);
+  PoseFilter without, with;
+  for (PoseFilter* filter : {&without, &with}) filter->start(0, start, start_covariance);
+  ImuSample sample;
+  sample.acceleration_m_s2 = {20, -30, 40};
+  with.add(sample);
+  for (PoseFilter* filter : {&without, &with})
+    filter->add(Odometry{0, 0.1, told, 1e-6 * Matrix6::Identity()});
+  const Rigid3 expected = without.at(0.1)->body_from_world;
+  EXPECT_LT(difference(with.at(0.1)->body_from_world, expected).norm(), 1e-9);
+  EXPECT_LT(difference(expected, told * start).norm(), 1e-9);
+}
+
 TEST(PoseFilter, GravityAndBiasesHoldABodyThatStands) {
   PoseFilter filter;
   const Rigid3 pose = look_at({1, 2, 0.5}, {2, 2, 1}, {0, 0, 1});

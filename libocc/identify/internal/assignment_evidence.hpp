@@ -29,12 +29,15 @@ LIBOCC_API std::vector<pose::PriorPart> prior_parts(const Prior& prior,
 
 /// Probability that a last pose is off by more than stated.
 inline constexpr double last_pose_wrong = 1e-2;
-/// Probability that a prior is that of another place. In a regular map nothing but a last pose
-/// excludes a place that looks alike, so every pose there has at least this risk.
-inline constexpr double prior_elsewhere = 1e-5;
+/// A prior that is wrong about a pose that it excludes.
+struct WrongPrior {
+  std::optional<Prior> rest;  ///< parts still believed
+  double probability = 0;
+};
 
-/// A prior for poses that it excludes: without its last pose, or nothing if the rest excludes
-/// `cam_from_world`, too.
-std::optional<Prior> prior_without_place(Prior prior, const Rigid3& cam_from_world);
+/// If only the last pose excludes `cam_from_world`, it is that of another place that looks alike.
+/// In a regular map nothing else excludes that place, so every pose there has at least this risk.
+/// Otherwise the prior is misstated as a whole.
+WrongPrior wrong_prior(const Prior& prior, const Rigid3& cam_from_world);
 
 }  // namespace occ::internal::identify
