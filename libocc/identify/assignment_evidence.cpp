@@ -186,13 +186,20 @@ std::vector<PriorPart> prior_parts(const Prior& prior, const Rigid3& cam_from_wo
   return parts;
 }
 
-WrongPrior wrong_prior(const Prior& prior, const Rigid3& cam_from_world) {
+std::optional<Prior> believed_at(Prior prior, const Rigid3& excluded) {
+  prior.last_pose.reset();
+  if (prior.empty() || !(prior.chi2(excluded) <= max_prior_chi2)) return std::nullopt;
+  return prior;
+}
+
+double log_ratio_of_excluded(const Prior& prior, const Rigid3& excluded,
+                             const std::function<double(const std::optional<Prior>&)>& log_ratio) {
   constexpr double last_pose_elsewhere = 1e-5, all_misstated = 1e-8;
-  Prior rest = prior;
-  rest.last_pose.reset();
-  if (!rest.empty() && !(rest.chi2(cam_from_world) <= max_prior_chi2))
-    return {std::nullopt, all_misstated};
-  return {rest.empty() ? std::nullopt : std::optional(rest), last_pose_elsewhere};
+  const std::optional<Prior> believed = believed_at(prior, excluded);
+  Prior others = prior;
+  others.last_pose.reset();
+  if (believed || others.empty()) return std::log(last_pose_elsewhere) + log_ratio(believed);
+  return std::max(std::log(all_misstated) + log_ratio(std::nullopt), log_ratio(prior));
 }
 
 PoseEvidence evidence_of(const AssignmentProblem& problem, const PoseHypothesis& e,

@@ -171,16 +171,19 @@ void Search::add_moved_poses() {
   merge_and_rank();
 }
 
-// A prior is doubtful if its best pose is off by more than chance explains, or leaves most blobs
-// and misses as many lamps as it matches; a last pose also if its pose leaves most blobs and may be
-// accidental. Searches for poses elsewhere that match as many blobs.
+// A prior is doubtful if its best pose is off by more than chance explains (a last pose apart,
+// since cameras move farther than stated), or leaves most blobs and misses as many lamps as it
+// matches; a last pose if its pose leaves most blobs and may be accidental. Searches for poses
+// elsewhere that match as many blobs.
 void Search::add_poses_elsewhere() {
   if (found_.empty()) return;
   constexpr double max_sigmas = 3.3;
   const PoseHypothesis& best = found_.front();
   const Prior& prior = *problem_.options->prior;
-  const bool is_off = prior.chi2(problem_.from_world(best.estimate.pose)) >
-                      gate_chi2(max_sigmas, std::max(1, prior.dof()));
+  Prior others = prior;
+  others.last_pose.reset();
+  const bool is_off = !others.empty() && others.chi2(problem_.from_world(best.estimate.pose)) >
+                                             gate_chi2(max_sigmas, std::max(1, others.dof()));
   const bool leaves_most = 2 * best.pairs.size() < problem_.observations.size();
   IdentifyOptions options = *problem_.options;
   if (is_off || (leaves_most && best.missed >= static_cast<int>(best.pairs.size())))

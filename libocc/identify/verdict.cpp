@@ -94,8 +94,7 @@ void sort_and_merge(std::vector<Weighed>& all) {
   all = std::move(distinct);
 }
 
-/// Probability of each pose that only the prior excludes, over that of the best hypothesis: with
-/// the prior, one part of which may be misstated, or where the prior is wrong.
+/// Probability of each pose that only the prior excludes, over that of the best hypothesis.
 std::vector<double> excluded_shares(const AssignmentProblem& problem, const PoseHypothesis& best,
                                     const std::vector<Hypothesis>& excluded) {
   constexpr double max_log = 100;  // larger ratios have the same effect
@@ -105,15 +104,14 @@ std::vector<double> excluded_shares(const AssignmentProblem& problem, const Pose
   const bool fit = powers_fit(problem, all);
   std::vector<double> shares;
   for (std::size_t i = 0; i < excluded.size(); ++i) {
-    const WrongPrior wrong = wrong_prior(*problem.options->prior, excluded[i].cam_from_world);
-    const auto log_ratio = [&](const std::optional<Prior>& believed) {
+    const auto log_ratio = [&](const std::optional<Prior>& prior) {
       const auto log_of = [&](const PoseHypothesis& e) {
-        return pose::log_evidence(evidence_of(problem, e, believed, fit)).value;
+        return pose::log_evidence(evidence_of(problem, e, prior, fit)).value;
       };
       return log_of(all[i]) - log_of(best);
     };
-    const double log = std::max(std::log(wrong.probability) + log_ratio(wrong.rest),
-                                log_ratio(problem.options->prior));
+    const double log =
+        log_ratio_of_excluded(*problem.options->prior, excluded[i].cam_from_world, log_ratio);
     shares.push_back(std::exp(std::min(log, max_log)));
   }
   return shares;

@@ -115,10 +115,10 @@ double risk_of(const Refinement& refinement) {
   return risk;
 }
 
-/// ln of the probability of a pose that only the prior excludes, over that of the best pose: with
-/// the prior, one part of which may be misstated, or where the prior is wrong.
-double log_ratio_of_excluded(const RefinementAhead& ahead, const RankedPose& best,
-                             const RankedPose& rival) {
+/// Probability of a pose that only the prior excludes, over that of the best pose.
+double share_of_excluded(const RefinementAhead& ahead, const RankedPose& best,
+                         const RankedPose& rival) {
+  constexpr double max_log = 100;  // larger ratios have the same effect
   const auto log_ratio = [&](const std::optional<Prior>& prior) {
     const auto log_of = [&](const RankedPose& pose) {
       return internal::pose::log_evidence(
@@ -127,9 +127,9 @@ double log_ratio_of_excluded(const RefinementAhead& ahead, const RankedPose& bes
     };
     return log_of(rival) - log_of(best);
   };
-  const Prior& stated = *ahead.options.prior;
-  const auto wrong = internal::identify::wrong_prior(stated, rival.hypothesis->cam_from_world);
-  return std::max(std::log(wrong.probability) + log_ratio(wrong.rest), log_ratio(stated));
+  const double log = internal::identify::log_ratio_of_excluded(
+      *ahead.options.prior, rival.hypothesis->cam_from_world, log_ratio);
+  return std::exp(std::min(log, max_log));
 }
 
 /// Adds the poses that only the prior excludes.
@@ -144,16 +144,14 @@ void add_excluded(const RefinementAhead& ahead, const std::vector<Hypothesis>& e
   double sum = 1;
   for (const Hypothesis& hypothesis : excluded) {
     options.prior =
-        internal::identify::wrong_prior(*ahead.options.prior, hypothesis.cam_from_world).rest;
+        internal::identify::believed_at(*ahead.options.prior, hypothesis.cam_from_world);
     RankedPose rival;
     rival.refined = refine_as_stated(hypothesis.cam_from_world, hypothesis.matches, ahead.blobs,
                                      ahead.scene, options, nullptr);
     if (!rival.refined.ok()) continue;
-    constexpr double max_log = 100;  // larger ratios have the same effect
     rival.hypothesis = &hypothesis;
     rival.fits = true;
-    rival.probability =
-        probability * std::exp(std::min(log_ratio_of_excluded(ahead, best, rival), max_log));
+    rival.probability = probability * share_of_excluded(ahead, best, rival);
     sum += rival.probability;
     rivals.push_back(std::move(rival));
   }

@@ -4,6 +4,9 @@
 // count: only refinement models them.
 #pragma once
 
+#include <functional>
+#include <optional>
+
 #include "libocc/identify/internal/pose_hypothesis.hpp"
 #include "libocc/pose/internal/evidence.hpp"
 
@@ -29,15 +32,15 @@ LIBOCC_API std::vector<pose::PriorPart> prior_parts(const Prior& prior,
 
 /// Probability that a last pose is off by more than stated.
 inline constexpr double last_pose_wrong = 1e-2;
-/// A prior that is wrong about a pose that it excludes.
-struct WrongPrior {
-  std::optional<Prior> rest;  ///< parts still believed
-  double probability = 0;
-};
+/// Parts of a prior that a pose which the prior excludes leaves to be believed: all but the last
+/// pose if only that excludes it, otherwise none.
+std::optional<Prior> believed_at(Prior prior, const Rigid3& excluded);
 
-/// If only the last pose excludes `cam_from_world`, it is that of another place that looks alike.
-/// In a regular map nothing else excludes that place, so every pose there has at least this risk.
-/// Otherwise the prior is misstated as a whole.
-WrongPrior wrong_prior(const Prior& prior, const Rigid3& cam_from_world);
+/// ln of the probability of a pose that the prior excludes over that of the best pose; `log_ratio`
+/// is that of their evidence with a given prior. If only the last pose excludes it, that is of
+/// another place that looks alike. In a regular map nothing else excludes that place, so every pose
+/// there has at least this risk. Otherwise the prior, or one part of it, is misstated.
+double log_ratio_of_excluded(const Prior& prior, const Rigid3& excluded,
+                             const std::function<double(const std::optional<Prior>&)>& log_ratio);
 
 }  // namespace occ::internal::identify
