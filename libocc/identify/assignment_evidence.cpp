@@ -186,20 +186,27 @@ std::vector<PriorPart> prior_parts(const Prior& prior, const Rigid3& cam_from_wo
   return parts;
 }
 
-std::optional<Prior> believed_at(Prior prior, const Rigid3& excluded) {
+Prior without_last_pose(Prior prior) {
   prior.last_pose.reset();
-  if (prior.empty() || !(prior.chi2(excluded) <= max_prior_chi2)) return std::nullopt;
   return prior;
 }
 
-double log_ratio_of_excluded(const Prior& prior, const Rigid3& excluded,
-                             const std::function<double(const std::optional<Prior>&)>& log_ratio) {
+std::optional<Prior> believed_at(const Prior& prior, const Rigid3& excluded) {
+  const Prior others = without_last_pose(prior);
+  if (others.empty() || !(others.chi2(excluded) <= max_prior_chi2)) return std::nullopt;
+  return others;
+}
+
+double share_of_excluded(const Prior& prior, const Rigid3& excluded,
+                         const std::function<double(const std::optional<Prior>&)>& log_ratio) {
   constexpr double last_pose_elsewhere = 1e-5, all_misstated = 1e-8;
+  constexpr double max_log = 100;  // larger ratios have the same effect
   const std::optional<Prior> believed = believed_at(prior, excluded);
-  Prior others = prior;
-  others.last_pose.reset();
-  if (believed || others.empty()) return std::log(last_pose_elsewhere) + log_ratio(believed);
-  return std::max(std::log(all_misstated) + log_ratio(std::nullopt), log_ratio(prior));
+  const bool by_last_pose = believed || without_last_pose(prior).empty();
+  const double log =
+      by_last_pose ? std::log(last_pose_elsewhere) + log_ratio(believed)
+                   : std::max(std::log(all_misstated) + log_ratio(std::nullopt), log_ratio(prior));
+  return std::exp(std::min(log, max_log));
 }
 
 PoseEvidence evidence_of(const AssignmentProblem& problem, const PoseHypothesis& e,

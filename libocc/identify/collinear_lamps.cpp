@@ -11,6 +11,19 @@
 namespace occ::internal::identify {
 
 using namespace internal::pose;
+namespace {
+
+constexpr double max_row_height = 0.05;  // over the length of a row
+
+/// True if the third of the points is nearer to the line through the others than `max_height`, in
+/// units of their distance.
+bool are_straight(const Eigen::Matrix3d& points, const Triple& spread, double max_height) {
+  const Eigen::Vector3d along = points.col(spread[1]) - points.col(spread[0]);
+  const Eigen::Vector3d arm = points.col(spread[2]) - points.col(spread[0]);
+  return along.cross(arm).norm() < max_height * along.squaredNorm();
+}
+
+}  // namespace
 
 bool appears_collinear(const AssignmentProblem& problem, const std::vector<Pair>& pairs,
                        const Rigid3& pose, const std::vector<Match>& attached) {
@@ -59,19 +72,12 @@ std::vector<Rigid3> rotations_about_line(const AssignmentProblem& problem,
 Eigen::Matrix3d off_their_line(const Eigen::Matrix3d& points) {
   constexpr double straight = 1e-9, height = 1e-6;  // over the distance of the outer points
   const Triple spread = spread_triple(points);
+  if (!are_straight(points, spread, straight)) return points;
   const Eigen::Vector3d along = points.col(spread[1]) - points.col(spread[0]);
-  const Eigen::Vector3d arm = points.col(spread[2]) - points.col(spread[0]);
   Eigen::Matrix3d moved = points;
-  if (along.cross(arm).norm() < straight * along.squaredNorm())
-    moved.col(spread[2]) += height * along.norm() * along.unitOrthogonal();
+  moved.col(spread[2]) += height * along.norm() * along.unitOrthogonal();
   return moved;
 }
-
-namespace {
-
-constexpr double max_row_height = 0.05;  // over the length of a row
-
-}  // namespace
 
 bool appear_as_row(const AssignmentProblem& problem) {
   Eigen::Matrix3Xd bearings(3, static_cast<Eigen::Index>(problem.observations.size()));
@@ -87,10 +93,7 @@ bool appear_as_row(const AssignmentProblem& problem) {
 bool are_a_row(const AssignmentProblem& problem, int a, int b, int c) {
   Eigen::Matrix3d points;
   points << problem.map_point(a).centre, problem.map_point(b).centre, problem.map_point(c).centre;
-  const Triple spread = spread_triple(points);
-  const Eigen::Vector3d along = points.col(spread[1]) - points.col(spread[0]);
-  const Eigen::Vector3d arm = points.col(spread[2]) - points.col(spread[0]);
-  return along.cross(arm).norm() < max_row_height * along.squaredNorm();
+  return are_straight(points, spread_triple(points), max_row_height);
 }
 
 }  // namespace occ::internal::identify

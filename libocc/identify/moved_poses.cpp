@@ -180,8 +180,7 @@ void Search::add_poses_elsewhere() {
   constexpr double max_sigmas = 3.3;
   const PoseHypothesis& best = found_.front();
   const Prior& prior = *problem_.options->prior;
-  Prior others = prior;
-  others.last_pose.reset();
+  const Prior others = without_last_pose(prior);
   const bool is_off = !others.empty() && others.chi2(problem_.from_world(best.estimate.pose)) >
                                              gate_chi2(max_sigmas, std::max(1, others.dof()));
   const bool leaves_most = 2 * best.pairs.size() < problem_.observations.size();
@@ -189,7 +188,7 @@ void Search::add_poses_elsewhere() {
   if (is_off || (leaves_most && best.missed >= static_cast<int>(best.pairs.size())))
     options.prior.reset();
   else if (leaves_most && prior.last_pose && chance() > max_chance_if_missing)
-    options.prior->last_pose.reset();
+    options.prior = others;
   else
     return;
   AssignmentProblem open = problem_;

@@ -97,7 +97,6 @@ void sort_and_merge(std::vector<Weighed>& all) {
 /// Probability of each pose that only the prior excludes, over that of the best hypothesis.
 std::vector<double> excluded_shares(const AssignmentProblem& problem, const PoseHypothesis& best,
                                     const std::vector<Hypothesis>& excluded) {
-  constexpr double max_log = 100;  // larger ratios have the same effect
   if (excluded.empty()) return {};
   std::vector<PoseHypothesis> all = with_poses(problem, excluded);
   all.push_back(best);
@@ -110,9 +109,8 @@ std::vector<double> excluded_shares(const AssignmentProblem& problem, const Pose
       };
       return log_of(all[i]) - log_of(best);
     };
-    const double log =
-        log_ratio_of_excluded(*problem.options->prior, excluded[i].cam_from_world, log_ratio);
-    shares.push_back(std::exp(std::min(log, max_log)));
+    shares.push_back(
+        share_of_excluded(*problem.options->prior, excluded[i].cam_from_world, log_ratio));
   }
   return shares;
 }

@@ -118,7 +118,6 @@ double risk_of(const Refinement& refinement) {
 /// Probability of a pose that only the prior excludes, over that of the best pose.
 double share_of_excluded(const RefinementAhead& ahead, const RankedPose& best,
                          const RankedPose& rival) {
-  constexpr double max_log = 100;  // larger ratios have the same effect
   const auto log_ratio = [&](const std::optional<Prior>& prior) {
     const auto log_of = [&](const RankedPose& pose) {
       return internal::pose::log_evidence(
@@ -127,9 +126,8 @@ double share_of_excluded(const RefinementAhead& ahead, const RankedPose& best,
     };
     return log_of(rival) - log_of(best);
   };
-  const double log = internal::identify::log_ratio_of_excluded(
-      *ahead.options.prior, rival.hypothesis->cam_from_world, log_ratio);
-  return std::exp(std::min(log, max_log));
+  return internal::identify::share_of_excluded(*ahead.options.prior,
+                                               rival.hypothesis->cam_from_world, log_ratio);
 }
 
 /// Adds the poses that only the prior excludes.

@@ -39,6 +39,21 @@ void cover(const Vector6& apart, double probability, PoseObservation& seen) {
   seen.gradient -= seen.information * shift;
 }
 
+/// Probabilities of the branches by the lamps and a prior.
+std::vector<double> probabilities_of(const std::vector<Refined>& branches,
+                                     const std::vector<Match>& matches,
+                                     const std::vector<Blob>& blobs, const Scene& scene,
+                                     const std::optional<Prior>& prior) {
+  Hypothesis hypothesis;
+  hypothesis.matches = matches;
+  std::vector<pose::PoseEvidence> evidence;
+  for (const Refined& branch : branches)
+    evidence.push_back(refine::evidence_of(branch, hypothesis, blobs, scene, prior));
+  std::vector<double> logs;
+  for (const pose::LogEvidence& log : pose::log_evidences(evidence)) logs.push_back(log.value);
+  return pose::probabilities(logs);
+}
+
 }  // namespace
 
 /// Poses of the lamps alone: first that of `tracked`, then the others. Empty if there are no
@@ -59,20 +74,6 @@ std::vector<Refined> TrackerImpl::branches_of(const Refined& tracked, const Foun
   return branches.size() > 1 ? branches : std::vector<Refined>{};
 }
 
-/// Probabilities of the branches by the lamps and a prior.
-std::vector<double> TrackerImpl::probabilities_of(const std::vector<Refined>& branches,
-                                                  const Found& found, const Scene& scene,
-                                                  const std::optional<Prior>& prior) {
-  Hypothesis hypothesis;
-  hypothesis.matches = found.matches;
-  std::vector<pose::PoseEvidence> evidence;
-  for (const Refined& branch : branches)
-    evidence.push_back(refine::evidence_of(branch, hypothesis, found.blobs, scene, prior));
-  std::vector<double> logs;
-  for (const pose::LogEvidence& log : pose::log_evidences(evidence)) logs.push_back(log.value);
-  return pose::probabilities(logs);
-}
-
 /// Compares the branches by the prediction and by the sizes of the lamps. A branch inside the gate
 /// of the prediction widens the observation. Returns false if the lamps alone leave all branches
 /// inside the gate less than max_risk. The prediction has no say in that, because it comes from
@@ -87,9 +88,10 @@ bool TrackerImpl::weigh_branches(const Job& job, const PredictedCamera& camera, 
     images_until_check_ = 0;
     return true;
   }
-  const Scene& scene = job.view.scene;
-  const std::vector<double> shares = probabilities_of(branches, found, scene, options.prior);
-  const std::vector<double> alone = probabilities_of(branches, found, scene, lasting_prior(job));
+  const auto by = [&](const std::optional<Prior>& prior) {
+    return probabilities_of(branches, found.matches, found.blobs, job.view.scene, prior);
+  };
+  const std::vector<double> shares = by(options.prior), alone = by(lasting_prior(job));
   double inside = alone[0], outside = 0;
   for (std::size_t i = 1; i < branches.size(); ++i) {
     const Vector6 apart = difference(branches[i].cam_from_world, branches[0].cam_from_world);

@@ -103,9 +103,8 @@ void define_matches(py::module_& m) {
           "Share of the groups of blobs that a search that was cut short left out.")
       .def_property_readonly(
           "excluded", [](const Identified& r) { return r.value.excluded; },
-          "List of Hypothesis that only the prior excludes, at a place that looks alike or with "
-          "more\n"
-          "blobs.")
+          "List of Hypothesis that only the prior excludes, at a place that looks alike or with\n"
+          "more blobs.")
       .def("__repr__", [](const Identified& r) {
         return "<Identification: " + std::string(to_string(r.status)) + ", " +
                std::to_string(r.value.hypotheses.size()) + " hypotheses, risk " +

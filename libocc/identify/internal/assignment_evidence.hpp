@@ -32,15 +32,17 @@ LIBOCC_API std::vector<pose::PriorPart> prior_parts(const Prior& prior,
 
 /// Probability that a last pose is off by more than stated.
 inline constexpr double last_pose_wrong = 1e-2;
+Prior without_last_pose(Prior prior);
+
 /// Parts of a prior that a pose which the prior excludes leaves to be believed: all but the last
 /// pose if only that excludes it, otherwise none.
-std::optional<Prior> believed_at(Prior prior, const Rigid3& excluded);
+std::optional<Prior> believed_at(const Prior& prior, const Rigid3& excluded);
 
-/// ln of the probability of a pose that the prior excludes over that of the best pose; `log_ratio`
-/// is that of their evidence with a given prior. If only the last pose excludes it, that is of
-/// another place that looks alike. In a regular map nothing else excludes that place, so every pose
-/// there has at least this risk. Otherwise the prior, or one part of it, is misstated.
-double log_ratio_of_excluded(const Prior& prior, const Rigid3& excluded,
-                             const std::function<double(const std::optional<Prior>&)>& log_ratio);
+/// Probability of a pose that the prior excludes over that of the best pose; `log_ratio` is ln of
+/// that of their evidence with a given prior. If only the last pose excludes it, that is of another
+/// place that looks alike. In a regular map nothing else excludes that place, so every pose there
+/// has at least this risk. Otherwise the prior, or one part of it, is misstated.
+double share_of_excluded(const Prior& prior, const Rigid3& excluded,
+                         const std::function<double(const std::optional<Prior>&)>& log_ratio);
 
 }  // namespace occ::internal::identify

@@ -94,10 +94,11 @@ class LampRim {
   // With errors of the scene. The common errors are then v and those of the lamp.
   LampError unit_error_ = LampError::Zero(), next_unit_error_ = LampError::Zero();
   LampError error_ = LampError::Zero();  // of unit_error_
+  // Linearised estimate of the errors, about the state where the rim was last linearised.
   struct {
     State state;
     Eigen::Matrix<double, 7, Eigen::Dynamic> by_state;  // columns as in the sums of eliminate()
-  } estimate_;                               // of the errors, where the rim was last linearised
+  } estimate_;
   Eigen::Matrix<double, 6, 7> unit_motion_;  // see unit_motion()
   std::optional<Eigen::MatrixXd> sums_;      // of the last pass, if the rows are still those
   Eigen::RowVectorXd seen_, back_;           // residuals r(e0), and (d r / d e) e0

@@ -84,9 +84,6 @@ class TrackerImpl {
   bool correct(Job& job, Found found);
   static std::vector<Refined> branches_of(const Refined& tracked, const Found& found,
                                           const Scene& scene, RefineOptions options);
-  static std::vector<double> probabilities_of(const std::vector<Refined>& branches,
-                                              const Found& found, const Scene& scene,
-                                              const std::optional<Prior>& prior);
   bool weigh_branches(const Job& job, const PredictedCamera& camera, const Found& found,
                       const RefineOptions& options, const Refined& tracked, PoseObservation& seen);
   std::vector<Blob> detect_at(Job& job, const std::vector<ExpectedLamp>& expected) const;
