@@ -32,7 +32,8 @@ using RimErrorCovariance = Eigen::Matrix<double, 5, 5>;
 
 /// One bright region. Uncertainties follow from the noise of the image.
 struct Blob {
-  Eigen::Vector2d centroid_px = Eigen::Vector2d::Zero();  ///< best centre: rim fit, PSF or moments
+  Eigen::Vector2d centroid_px = Eigen::Vector2d::Zero();     ///< best centre: rim fit, area
+                                                             ///< of a polygon, PSF or moments
   Eigen::Matrix2d covariance_px2 = Eigen::Matrix2d::Zero();  ///< covariance of the centroid
   /// Shift of centroid and rim from the middle of the lamp's image per relative gradient of its
   /// brightness [px per 1/px]. Its causes: the light was assumed uniform, the centroid is weighted
@@ -52,6 +53,10 @@ struct Blob {
   /// by the first error (growth), n_x and n_y times the next two (shift), and n_x^2 - n_y^2 and
   /// 2 n_x n_y times the last two (stretch).
   RimErrorCovariance rim_covariance_px2 = RimErrorCovariance::Zero();
+
+  /// Corners of a lamp with straight sides, clockwise in the image: intersections of the sides that
+  /// were fitted to the rim. Empty for other shapes.
+  std::vector<Eigen::Vector2d> corners_px;
 
   bool saturated = false;  ///< pixels at full scale: the rim has grown, the flux is a lower bound
   bool merged = false;     ///< its shape is that of several lamps

@@ -27,6 +27,8 @@ struct LIBOCC_API DetectOptions {
   bool dark = false;  ///< detect regions darker than their surroundings, e.g. printed discs; grey
                       ///< levels are then measured down from white; allowed without a sensor only
   bool rims = true;   ///< measure sub-pixel rims of discs (takes most of the time)
+  bool polygons = true;  ///< with `rims`: also those of lamps with straight sides. Without, such
+                         ///< lamps count as merged discs
   /// Sensor, when known: noise model (gain, read noise, black level), full scale, response, PSF,
   /// row time and readout direction. Without it, noise is estimated from the image and stripes are
   /// not joined.

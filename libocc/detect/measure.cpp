@@ -14,8 +14,9 @@
 namespace occ::internal::detect {
 namespace {
 
-constexpr double min_rim_px = 3;          // min semi-minor axis for a rim measurement
-constexpr double max_spot_px = 5;         // max semi-minor axis for a spot measurement
+constexpr double min_rim_px = 3;           // min semi-minor axis for a rim measurement
+constexpr double min_tube_elongation = 3;  // min axis ratio of a blob that may be a tube
+constexpr double max_spot_px = 5;          // max semi-minor axis for a spot measurement
 constexpr double saturated_share = 0.05;  // with more saturated pixels the rim is that of a clipped
                                           // disc
 constexpr double default_psf_px = 0.8;    // PSF sigma without a sensor, as Sensor::psf_sigma_px
@@ -186,6 +187,19 @@ bool use_rim(std::optional<Rim>&& rim, Blob& blob) {
   return true;
 }
 
+bool use_polygon(std::optional<PolygonRim>&& rim, Blob& blob) {
+  if (!rim) return false;
+  blob.merged = false;
+  blob.centroid_px = rim->polygon.centroid_px;
+  blob.covariance_px2 = rim->centre_covariance_px2;
+  blob.ellipse = ellipse_of(blob.centroid_px, rim->polygon.second_moments_px2);
+  blob.corners_px = rim->polygon.corners_px;
+  blob.rim = std::move(rim->points);
+  blob.rim_covariance_px2 = rim->common_covariance_px2;
+  blob.light_response_px2 = rim->light_response_px2;
+  return true;
+}
+
 bool use_spot(const std::optional<Spot>& spot, double blur2, Blob& blob) {
   if (!spot) return false;
   blob.centroid_px = spot->centre_px;
@@ -207,6 +221,17 @@ void measure_centre(const Patch& patch, const Component& component, const Detect
     if (use_rim(clipped ? measure_saturated_rim(patch, component)
                         : measure_rim(patch, component, std::sqrt(blur2)),
                 blob)) {
+      return;
+    }
+  }
+  // The rim of a disc was not found, and the blob is no small spot.
+  const bool long_blob =
+      blob.ellipse.semi_major_px > min_tube_elongation * blob.ellipse.semi_minor_px;
+  const bool large = minor2 > max_spot_px * max_spot_px;
+  if (has_rim && options.polygons && (blob.merged || long_blob || large)) {
+    if (use_polygon(clipped ? measure_saturated_polygon(patch, component)
+                            : measure_polygon(patch, component, std::sqrt(blur2)),
+                    blob)) {
       return;
     }
   }
@@ -239,7 +264,7 @@ Blob measure(const LinearImage& image, const Component& component, const DetectO
   measure_flux(scratch, component, blob);
 
   measure_centre(scratch, component, options, blob);
-  if (!blob.rim.empty()) return blob;
+  if (!blob.rim.empty() && (blob.corners_px.empty() || !blob.cut_by_border)) return blob;
   blob.merged = blob.merged || has_valley(scratch, blob.ellipse);
   if (blob.merged || blob.cut_by_border) {
     inflate_covariance(blob);

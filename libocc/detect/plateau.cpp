@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <type_traits>
 
 #include "libocc/core/abi.hpp"
 #include "libocc/core/internal/dense.hpp"
@@ -14,14 +15,15 @@
 #include "libocc/detect/internal/ellipse_fit.hpp"
 #include "libocc/detect/internal/normal_table.hpp"
 #include "libocc/detect/internal/patch.hpp"
+#include "libocc/detect/internal/polygon.hpp"
 
 namespace occ::internal::detect {
 namespace {
 
 /// Part of its light that a pixel inside the disc keeps under the blur of the rim.
-class Coverage {
+class EllipseCoverage {
  public:
-  Coverage(const FittedConic& conic, double blur_px)
+  EllipseCoverage(const FittedConic& conic, double blur_px)
       : xx_(conic.shape(0, 0)),
         xy_(conic.shape(0, 1)),
         yy_(conic.shape(1, 1)),
@@ -48,6 +50,9 @@ class Coverage {
   const NormalTable& table_ = NormalTable::get();
 };
 
+int first_pixel(double v, int low) { return std::max(low, static_cast<int>(std::ceil(v))); }
+int last_pixel(double v, int high) { return std::min(high, static_cast<int>(std::floor(v))); }
+
 /// Sums over pixels of u^i v^j, and of these times the signal, for a surface of this degree that is
 /// multiplied by the coverage.
 template <int Degree>
@@ -59,6 +64,7 @@ struct Sums {
   int pixels = 0;
 
   /// Adds a row of pixels that starts at (dx, dy). v is constant, so only powers of u are summed.
+  template <typename Coverage>
   void add_row(const float* row, double dx, double dy, int count, double scale,
                const Coverage& cover) {
     double u[powers] = {}, s[Degree + 1] = {};
@@ -77,42 +83,6 @@ struct Sums {
     }
   }
 };
-
-/// Calls f(y, x0, x1) for the rows of pixels between two scaled copies of the ellipse: inside the
-/// one scaled by `shrink`, outside the one scaled by `hollow`.
-template <typename F>
-void for_each_row(const Patch& patch, const FittedConic& conic, double shrink, double hollow,
-                  F&& f) {
-  const double xx = conic.shape(0, 0), xy = conic.shape(0, 1);
-  const double determinant = conic.shape.determinant();
-  const double half_height = shrink * std::sqrt(xx / determinant);
-  const auto first = [](double v, int low) {
-    return std::max(low, static_cast<int>(std::ceil(v)));
-  };
-  const auto last = [](double v, int high) {
-    return std::min(high, static_cast<int>(std::floor(v)));
-  };
-  const double cx = conic.centre.x(), cy = conic.centre.y();
-  const int right = patch.x0() + patch.width() - 1;
-  const int y1 = last(cy + half_height, patch.y0() + patch.height() - 1);
-  for (int y = first(cy - half_height, patch.y0()); y <= y1; ++y) {
-    const double dy = y - cy;
-    const double middle = cx - xy * dy / xx;
-    const auto half_width = [&](double size) {
-      return std::sqrt(std::max(0.0, size * size * xx - determinant * dy * dy)) / xx;
-    };
-    const double root = half_width(shrink), inner = half_width(hollow);
-    const int x0 = first(middle - root, patch.x0()), x1 = last(middle + root, right);
-    if (inner > 0) {
-      const int left_end = last(middle - inner, right);
-      const int right_start = first(middle + inner, std::max(patch.x0(), left_end + 1));
-      if (left_end >= x0) f(y, x0, left_end);
-      if (x1 >= right_start) f(y, right_start, x1);
-    } else if (x1 >= x0) {
-      f(y, x0, x1);
-    }
-  }
-}
 
 constexpr double clear_sigmas = 1.5;  // distance inside the rim with 93 % of the light [blur sigma]
 // Min number of pixels for degree 0, 1 and 2: with fewer, extrapolation across the rim is unstable.
@@ -166,26 +136,154 @@ Terms right_side(const Sums<Degree>& sums, int used) {
   return right;
 }
 
+/// Inner part of an ellipse, or a ring along its rim.
+class EllipseRegion {
+ public:
+  /// Between two scaled copies of the ellipse: inside the one scaled by `shrink`, outside the one
+  /// scaled by `hollow`.
+  EllipseRegion(const FittedConic& conic, double blur_px, double shrink, double hollow)
+      : conic_(conic), cover_(conic, blur_px), shrink_(shrink), hollow_(hollow) {}
+
+  const Eigen::Vector2d& centre() const { return conic_.centre; }
+  double size_px() const { return conic_.ellipse().semi_major_px; }
+  double area_px2() const {
+    return pi * (shrink_ * shrink_ - hollow_ * hollow_) / std::sqrt(conic_.shape.determinant());
+  }
+  double operator()(double dx, double dy) const { return cover_(dx, dy); }
+
+  /// Calls f(y, x0, x1) for its rows of pixels in the patch.
+  template <typename F>
+  void for_each_row(const Patch& patch, F&& f) const {
+    const double xx = conic_.shape(0, 0), xy = conic_.shape(0, 1);
+    const double determinant = conic_.shape.determinant();
+    const double half_height = shrink_ * std::sqrt(xx / determinant);
+    const double cx = conic_.centre.x(), cy = conic_.centre.y();
+    const int right = patch.x0() + patch.width() - 1;
+    const int y1 = last_pixel(cy + half_height, patch.y0() + patch.height() - 1);
+    for (int y = first_pixel(cy - half_height, patch.y0()); y <= y1; ++y) {
+      const double dy = y - cy;
+      const double middle = cx - xy * dy / xx;
+      const auto half_width = [&](double size) {
+        return std::sqrt(std::max(0.0, size * size * xx - determinant * dy * dy)) / xx;
+      };
+      const double root = half_width(shrink_), inner = half_width(hollow_);
+      const int x0 = first_pixel(middle - root, patch.x0()), x1 = last_pixel(middle + root, right);
+      if (inner > 0) {
+        const int left_end = last_pixel(middle - inner, right);
+        const int right_start = first_pixel(middle + inner, std::max(patch.x0(), left_end + 1));
+        if (left_end >= x0) f(y, x0, left_end);
+        if (x1 >= right_start) f(y, right_start, x1);
+      } else if (x1 >= x0) {
+        f(y, x0, x1);
+      }
+    }
+  }
+
+  /// Calls f(offset from the centre, outward normal) for points around the rim.
+  template <typename F>
+  void for_each_rim_point(F&& f) const {
+    constexpr int points = 16;
+    const Eigen::Matrix2d root = core::Cholesky<Eigen::Matrix2d>(conic_.shape).lower().transpose();
+    const Eigen::Matrix2d of_circle = root.inverse();
+    for (int k = 0; k < points; ++k) {
+      const double angle = 2 * pi * k / points;
+      const Eigen::Vector2d edge = of_circle * Eigen::Vector2d(std::cos(angle), std::sin(angle));
+      f(edge, (conic_.shape * edge).normalized());
+    }
+  }
+
+ private:
+  const FittedConic& conic_;
+  EllipseCoverage cover_;
+  double shrink_, hollow_;
+};
+
+/// Inner part of a polygon.
+class PolygonRegion {
+ public:
+  /// The pixels at least `depth_px` inside all sides.
+  PolygonRegion(const Polygon& polygon, double blur_px, double depth_px)
+      : polygon_(polygon), blur_px_(blur_px), depth_px_(depth_px) {}
+
+  const Eigen::Vector2d& centre() const { return polygon_.centroid_px; }
+  double size_px() const {
+    double size = 0;
+    for (const Eigen::Vector2d& corner : polygon_.corners_px)
+      size = std::max(size, (corner - polygon_.centroid_px).norm());
+    return size;
+  }
+  double area_px2() const { return polygon_.area_px2; }
+  double operator()(double dx, double dy) const {
+    return polygon_.coverage(polygon_.centroid_px + Eigen::Vector2d(dx, dy), blur_px_);
+  }
+
+  template <typename F>
+  void for_each_row(const Patch& patch, F&& f) const {
+    const int bottom = patch.y0() + patch.height() - 1, right = patch.x0() + patch.width() - 1;
+    for (int y = patch.y0(); y <= bottom; ++y) {
+      double low = patch.x0(), high = right;  // where all half planes meet the row
+      for (std::size_t i = 0; i < polygon_.sides.size(); ++i) {
+        const Eigen::Vector2d normal = polygon_.normal(i);
+        const double at = polygon_.corners_px[i].dot(normal) - depth_px_ - normal.y() * y;
+        constexpr double parallel = 1e-9;
+        if (normal.x() > parallel)
+          high = std::min(high, at / normal.x());
+        else if (normal.x() < -parallel)
+          low = std::max(low, at / normal.x());
+        else if (at < 0)
+          high = low - 1;
+      }
+      if (!(high >= low)) continue;
+      const int x0 = first_pixel(low, patch.x0()), x1 = last_pixel(high, right);
+      if (x1 >= x0) f(y, x0, x1);
+    }
+  }
+
+  template <typename F>
+  void for_each_rim_point(F&& f) const {
+    constexpr int points_per_side = 4;
+    for (std::size_t i = 0; i < polygon_.sides.size(); ++i) {
+      const Eigen::Vector2d& from = polygon_.corners_px[i];
+      const Eigen::Vector2d along = polygon_.corner_after(i) - from;
+      for (int k = 0; k < points_per_side; ++k)
+        f(Eigen::Vector2d(from + (k + 0.5) / points_per_side * along - centre()),
+          polygon_.normal(i));
+    }
+  }
+
+ private:
+  const Polygon& polygon_;
+  double blur_px_, depth_px_;
+};
+
+/// The terms at a place: those of each degree are those of the previous degree times u, and its
+/// last one times v.
+Terms terms_at(const Eigen::Vector2d& uv, int used) {
+  Terms out(used);
+  out[0] = 1;
+  for (int first = 0, count = 1; first + count < used; first += count++) {
+    out.segment(first + count, count) = uv.x() * out.segment(first, count);
+    out[first + 2 * count] = uv.y() * out[first + count - 1];
+  }
+  return out;
+}
+
 /// Mean of the polynomial's terms along the visible part of the rim, `depth_px` inside it, the
 /// slope of the plane that fits each term there best, and the part of each that varies with the
 /// double angle of the normal.
 class RimTerms {
  public:
-  RimTerms(const Patch& patch, const FittedConic& conic, double depth_px, double scale, int used)
+  template <typename Region>
+  RimTerms(const Patch& patch, const Region& region, double depth_px, double scale, int used)
       : mean_(Terms::Zero(used)), by_place_(used, 2), by_angle_(used, 3) {
-    const Eigen::Matrix2d root = core::Cholesky<Eigen::Matrix2d>(conic.shape).lower().transpose();
-    const Eigen::Matrix2d of_circle = root.inverse();
     Eigen::Matrix2d spread = Eigen::Matrix2d::Zero();
     Eigen::Matrix3d angles = Eigen::Matrix3d::Zero();
     by_place_.setZero();
     by_angle_.setZero();
-    for (int k = 0; k < points; ++k) {
-      const double angle = 2 * pi * k / points;
-      const Eigen::Vector2d edge = of_circle * Eigen::Vector2d(std::cos(angle), std::sin(angle));
-      const Eigen::Vector2d normal = (conic.shape * edge).normalized();
+    region.for_each_rim_point([&](const Eigen::Vector2d& edge, const Eigen::Vector2d& normal) {
       const Eigen::Vector2d at = edge - depth_px * normal;
-      const Eigen::Vector2d px = conic.centre + at;
-      if (!patch.contains(static_cast<int>(px.x()), static_cast<int>(px.y()))) continue;
+      const Eigen::Vector2d px = region.centre() + at;
+      if (!patch.contains(static_cast<int>(px.x()), static_cast<int>(px.y()))) return;
       const Terms terms = terms_at(at * scale, used);
       ++seen_;
       mean_ += terms;
@@ -195,7 +293,7 @@ class RimTerms {
                                     2 * normal.x() * normal.y());
       angles += doubled * doubled.transpose();
       by_angle_ += terms * doubled.transpose();
-    }
+    });
     if (empty()) return;
     mean_ /= seen_;
     by_place_ = by_place_ * spread.inverse();
@@ -210,19 +308,6 @@ class RimTerms {
   auto stretch() const { return by_angle_.rightCols<2>(); }
 
  private:
-  static constexpr int points = 16;
-
-  /// The terms of each degree are those of the previous degree times u, and its last one times v.
-  static Terms terms_at(const Eigen::Vector2d& uv, int used) {
-    Terms out(used);
-    out[0] = 1;
-    for (int first = 0, count = 1; first + count < used; first += count++) {
-      out.segment(first + count, count) = uv.x() * out.segment(first, count);
-      out[first + 2 * count] = uv.y() * out[first + count - 1];
-    }
-    return out;
-  }
-
   int seen_ = 0;
   Terms mean_;
   Eigen::Matrix<double, Eigen::Dynamic, 2, 0, max_terms, 2> by_place_;
@@ -231,26 +316,25 @@ class RimTerms {
 
 }  // namespace
 
-template <int Degree>
-std::optional<Plateau> Plateau::fit_surface(const Patch& patch, const FittedConic& conic,
-                                            double blur_px, double shrink, double hollow) {
+template <int Degree, typename Region>
+std::optional<Plateau> Plateau::fit_surface(const Patch& patch, const Region& region,
+                                            double blur_px) {
   Plateau plateau;
-  plateau.centre_ = conic.centre;
-  plateau.scale_ = 1 / conic.ellipse().semi_major_px;
-  const Coverage cover(conic, blur_px);
+  plateau.centre_ = region.centre();
+  plateau.scale_ = 1 / region.size_px();
   Sums<Degree> sums;
-  for_each_row(patch, conic, shrink, hollow, [&](int y, int x0, int x1) {
-    const double dy = y - conic.centre.y();
-    sums.add_row(patch.at(x0, y), x0 - conic.centre.x(), dy, x1 - x0 + 1, plateau.scale_, cover);
+  region.for_each_row(patch, [&](int y, int x0, int x1) {
+    const double dy = y - region.centre().y();
+    plateau.rows_.push_back({y, x0, x1});
+    sums.add_row(patch.at(x0, y), x0 - region.centre().x(), dy, x1 - x0 + 1, plateau.scale_,
+                 region);
   });
   if (sums.pixels < min_pixels) return std::nullopt;
-  const double ring =
-      pi * (shrink * shrink - hollow * hollow) / std::sqrt(conic.shape.determinant());
-  plateau.degree_ = Degree > 3 && sums.pixels < min_visible * ring ? 3
-                    : Degree > 2                                   ? Degree
-                    : sums.pixels < plane_pixels                   ? 0
-                    : sums.pixels < paraboloid_pixels              ? 1
-                                                                   : 2;
+  plateau.degree_ = Degree > 3 && sums.pixels < min_visible * region.area_px2() ? 3
+                    : Degree > 2                                                ? Degree
+                    : sums.pixels < plane_pixels                                ? 0
+                    : sums.pixels < paraboloid_pixels                           ? 1
+                                                                                : 2;
   const int used = terms_of(plateau.degree_);
   const Terms right = right_side(sums, used);
   const Eigen::LDLT<TermsSquared> solver(normal_matrix(sums, used));
@@ -262,7 +346,9 @@ std::optional<Plateau> Plateau::fit_surface(const Patch& patch, const FittedConi
   plateau.variance_ =
       std::max(0.0, sums.squares - solution.dot(right)) / std::max(1, sums.pixels - used);
   plateau.level_ = sums.signal[0][0] / sums.power[0][0];
-  const RimTerms rim(patch, conic, level_depth * blur_px, plateau.scale_, used);
+  if constexpr (std::is_same_v<Region, PolygonRegion>)
+    plateau.terms_covariance_ = solver.solve(TermsSquared::Identity(used, used));
+  const RimTerms rim(patch, region, level_depth * blur_px, plateau.scale_, used);
   if (rim.empty()) return plateau;
   plateau.rim_level_variance_ = rim.mean().dot(solver.solve(rim.mean()));
   if (plateau.degree_ > 0)
@@ -274,14 +360,63 @@ std::optional<Plateau> Plateau::fit_surface(const Patch& patch, const FittedConi
   return plateau;
 }
 
+double Plateau::structure(const Patch& patch) const {
+  constexpr double chance_sigmas = 3;
+  if (degree_ > 2) return 0;  // surfaces of larger lamps follow their light
+  double common = 0, squares = 0;
+  int pairs = 0;
+  const auto residual = [&](int x, int y) { return *patch.at(x, y) - (*this)(x, y); };
+  std::vector<double> above, row;  // residuals of a run of pixels and of the run above it
+  PixelRun before{};
+  for (const PixelRun& run : rows_) {
+    row.clear();
+    for (int x = run.x0; x <= run.x1; ++x) {
+      row.push_back(residual(x, run.y));
+      squares += row.back() * row.back();
+    }
+    for (std::size_t i = 1; i < row.size(); ++i) common += row[i - 1] * row[i];
+    pairs += run.x1 - run.x0;
+    if (before.y + 1 == run.y) {
+      const int first = std::max(before.x0, run.x0), last = std::min(before.x1, run.x1);
+      for (int x = first; x <= last; ++x) {
+        common += above[static_cast<std::size_t>(x - before.x0)] *
+                  row[static_cast<std::size_t>(x - run.x0)];
+        ++pairs;
+      }
+    }
+    above.swap(row);
+    before = run;
+  }
+  if (pairs == 0) return 0;
+  // The product of two independent residuals has the square of their variance, squares / pixels.
+  const double pixels = 0.5 * pairs;
+  const double chance = chance_sigmas * squares / pixels * std::sqrt(pairs);
+  return std::sqrt(std::max(0.0, common - chance) / pairs);
+}
+
+double Plateau::level_covariance(const Eigen::Vector2d& a, const Eigen::Vector2d& b) const {
+  const auto used = static_cast<int>(terms_covariance_.rows());
+  return terms_at((a - centre_) * scale_, used)
+      .dot(terms_covariance_ * terms_at((b - centre_) * scale_, used));
+}
+
 std::optional<Plateau> Plateau::fit(const Patch& patch, const FittedConic& conic, double blur_px) {
   const Ellipse ellipse = conic.ellipse();
   const double shrink = 1 - clear_sigmas * blur_px / ellipse.semi_minor_px;
   if (!(shrink > 0)) return std::nullopt;
   const double area = pi * ellipse.semi_major_px * ellipse.semi_minor_px * shrink * shrink;
-  if (area < cubic_pixels) return fit_surface<2>(patch, conic, blur_px, shrink, 0);
-  if (area < quintic_pixels) return fit_surface<3>(patch, conic, blur_px, shrink, 0);
-  return fit_surface<5>(patch, conic, blur_px, shrink, ring_hollow);
+  if (area < quintic_pixels) {
+    const EllipseRegion disc(conic, blur_px, shrink, 0);
+    return area < cubic_pixels ? fit_surface<2>(patch, disc, blur_px)
+                               : fit_surface<3>(patch, disc, blur_px);
+  }
+  return fit_surface<5>(patch, EllipseRegion(conic, blur_px, shrink, ring_hollow), blur_px);
+}
+
+std::optional<Plateau> Plateau::fit(const Patch& patch, const Polygon& polygon, double blur_px) {
+  const PolygonRegion region(polygon, blur_px, clear_sigmas * blur_px);
+  return polygon.area_px2 < cubic_pixels ? fit_surface<2>(patch, region, blur_px)
+                                         : fit_surface<3>(patch, region, blur_px);
 }
 
 }  // namespace occ::internal::detect

@@ -42,10 +42,14 @@ std::optional<SeenLamp> seen_at(const AssignmentProblem& problem, const Pair& pa
   Eigen::Matrix<double, 2, 3> by_point;
   const auto px = problem.camera->project(point, &by_point);
   if (!px) return std::nullopt;
+  Eigen::Vector2d measured_px = blob.centroid_px;
+  if (observation.of_centre)
+    measured_px = problem.camera->project(observation.bearing).value_or(measured_px);
   SeenLamp seen;
-  seen.residual_px = problem.camera->difference_px(*px, blob.centroid_px);
+  seen.residual_px = problem.camera->difference_px(*px, measured_px);
   seen.covariance_px2 = blob.covariance_px2;
-  if (!map_point.disc) seen.covariance_px2.diagonal().array() += (by_point * offset).squaredNorm();
+  if (!map_point.disc && !observation.of_centre)
+    seen.covariance_px2.diagonal().array() += (by_point * offset).squaredNorm();
   seen.by_pose = geometry::derivative_by_pose(by_point, point);
   return seen;
 }

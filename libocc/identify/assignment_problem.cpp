@@ -3,6 +3,7 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numeric>
@@ -158,6 +159,24 @@ double map_variance_rad2(const AssignmentProblem& problem, const Blob& blob,
   return problem.map_variance_m2 / square(distance_m);
 }
 
+// Direction of a lamp's centre: the diagonals of a rectangle meet there, in any perspective. The
+// centroid of the image of a large tilted one is several pixels away. Empty for other shapes.
+std::optional<Eigen::Vector3d> bearing_of_diagonals(const Blob& blob, const Camera& camera) {
+  constexpr std::size_t corners = 4;
+  if (blob.corners_px.size() != corners || blob.cut_by_border || !camera.is_central())
+    return std::nullopt;
+  std::array<Eigen::Vector3d, corners> bearings;
+  for (std::size_t i = 0; i < corners; ++i) {
+    const auto bearing = camera.unproject(blob.corners_px[i]);
+    if (!bearing) return std::nullopt;
+    bearings[i] = *bearing;
+  }
+  const Eigen::Vector3d first = bearings[0].cross(bearings[2]);
+  const Eigen::Vector3d centre = first.cross(bearings[1].cross(bearings[3]));
+  if (!(centre.norm() > 0)) return std::nullopt;
+  return std::copysign(1.0, centre.dot(bearings[0])) * centre.normalized();
+}
+
 // Returns nothing when the pixel is outside the camera's domain.
 std::optional<BearingObservation> make_observation(const AssignmentProblem& problem,
                                                    int blob_index) {
@@ -170,7 +189,9 @@ std::optional<BearingObservation> make_observation(const AssignmentProblem& prob
   if (!bearing) return std::nullopt;
   BearingObservation s;
   s.blob = blob_index;
-  s.bearing = *bearing;
+  const auto of_centre = bearing_of_diagonals(blob, *problem.camera);
+  s.bearing = of_centre.value_or(*bearing);
+  s.of_centre = of_centre.has_value();
   s.tangent = tangent_plane(s.bearing);
   s.axis = problem.camera->is_pinhole() ? Eigen::Vector3d(Eigen::Vector3d::UnitZ()) : s.bearing;
   if (!problem.camera->is_central()) {
@@ -233,6 +254,14 @@ void assign_by_code(BearingObservation& s, const AssignmentProblem& problem) {
     if (!problem.map_point(i).duplicate) s.lamps.push_back(i);
 }
 
+void exclude_by_shape(BearingObservation& s, const AssignmentProblem& problem) {
+  const Blob& blob = (*problem.blobs)[s.blob];
+  if (!problem.scene || blob.corners_px.empty()) return;
+  const std::vector<Lamp>& lamps = problem.scene->lamps;
+  const auto differs = [&](int lamp) { return !lamps[lamp].may_show(blob); };
+  s.lamps.erase(std::remove_if(s.lamps.begin(), s.lamps.end(), differs), s.lamps.end());
+}
+
 // Three lamps identified by their codes show that codes are legible. Then a blob without a code
 // cannot be a blinking lamp; blobs without any candidate lamp are removed.
 void exclude_by_code(AssignmentProblem& problem) {
@@ -266,7 +295,11 @@ void add_observations(AssignmentProblem& problem) {
       problem.partial_blobs.push_back(i);
     } else if (std::optional<BearingObservation> s = make_observation(problem, i)) {
       assign_by_code(*s, problem);
-      problem.observations.push_back(std::move(*s));
+      exclude_by_shape(*s, problem);
+      if (s->lamps.empty() && !blob.corners_px.empty())
+        problem.partial_blobs.push_back(i);
+      else
+        problem.observations.push_back(std::move(*s));
     }
   }
   if (problem.scene) exclude_by_code(problem);

@@ -130,7 +130,7 @@ bool compare(const BearingObservation& observation, const MapPoint& map_point,
   mismatch.by_point =
       (observation.tangent - mismatch.error * observation.bearing.transpose()) / depth;
   mismatch.covariance = observation.covariance;
-  if (map_point.radius_m > 0) {
+  if (map_point.radius_m > 0 && !observation.of_centre) {
     // The centre of the image ellipse has the direction C + (r^2 / C_z) (n_z n - e_z), not C.
     const Eigen::Vector3d normal = rotation * map_point.normal;
     const Eigen::Vector3d shift = (observation.axis.dot(normal) * normal - observation.axis) *

@@ -284,6 +284,7 @@ Result<Fix> locate(const ImageView& image, const Scene& scene, const LocateOptio
   const Scene valid = checked(scene, options);
   DetectOptions detect_options = options.detect;
   if (!detect_options.sensor) detect_options.sensor = valid.sensor;
+  detect_options.polygons = detect_options.polygons && valid.has_straight_sides();
   const std::vector<Blob> blobs = detect(image, detect_options);
   const double detect_s = clock.seconds();
   Result<Fix> result = locate_blobs(blobs, valid, options, &image, clock);

@@ -15,7 +15,7 @@ namespace {
 /// Tolerance as a fraction of the size: errors of lens or map shift a lamp's rim but hardly deform
 /// it.
 constexpr double rim_misfit = 0.05, rim_misfit_of_three = 0.02;
-constexpr double rim_misfit_sigma = 5;
+constexpr double rim_misfit_sigma = 5, max_growth_sigmas = 3;
 
 /// Tolerance without a rim: the axes of the blob's second moments are less accurate.
 constexpr double axis_misfit = 0.15, axis_misfit_px = 1.5;
@@ -27,7 +27,9 @@ bool rim_misses(const LampResidual& residual, const Blob& blob, bool only_three)
   const double noise_px = std::sqrt(variance / static_cast<double>(blob.rim.size()));
   const double size_px = std::sqrt(blob.ellipse.semi_major_px * blob.ellipse.semi_minor_px);
   const double part = only_three ? rim_misfit_of_three : rim_misfit;
-  return residual.rms_px > std::max(part * size_px, rim_misfit_sigma * noise_px);
+  const double growth_px = std::sqrt(blob.rim_covariance_px2(0, 0));  // of a soft edge, for example
+  return residual.rms_px >
+         std::max({part * size_px, rim_misfit_sigma * noise_px, max_growth_sigmas * growth_px});
 }
 
 /// True if the blob of a disc that is large enough for a rim does not have the predicted axes: it
@@ -53,10 +55,33 @@ std::string message(const Lamp& lamp, const Blob& blob, const LampResidual& resi
 
 }  // namespace
 
+namespace {
+
+/// Four times the second moments of a polygon's area about its centroid.
+Eigen::Matrix2d moments_of_area(const std::vector<Eigen::Vector2d>& rim, const Camera& camera) {
+  double area = 0;
+  Eigen::Vector2d first = Eigen::Vector2d::Zero();
+  Eigen::Matrix2d second = Eigen::Matrix2d::Zero();
+  for (std::size_t i = 0; i < rim.size(); ++i) {
+    const Eigen::Vector2d a = camera.difference_px(rim[i], rim[0]);
+    const Eigen::Vector2d b = camera.difference_px(rim[(i + 1) % rim.size()], rim[0]);
+    const Eigen::Vector2d sum = a + b;
+    const double triangle = 0.5 * (a.x() * b.y() - a.y() * b.x());
+    area += triangle;
+    first += triangle / 3 * sum;
+    second += triangle / 12 * (a * a.transpose() + b * b.transpose() + sum * sum.transpose());
+  }
+  const Eigen::Vector2d mean = first / area;
+  return 4 * (second / area - mean * mean.transpose());
+}
+
+}  // namespace
+
 std::optional<Eigen::Matrix2d> image_moments_px2(const Lamp& lamp, const Rigid3& cam_from_world,
                                                  const Camera& camera) {
   const auto rim = project_rim(lamp, cam_from_world, camera, 16);
   if (!rim) return std::nullopt;
+  if (lamp.shape == LampShape::rectangle) return moments_of_area(*rim, camera);
   Eigen::Vector2d mean = Eigen::Vector2d::Zero();
   Eigen::Matrix2d squares = Eigen::Matrix2d::Zero();
   for (const Eigen::Vector2d& px : *rim) {

@@ -56,9 +56,30 @@ double own_growth_variance_px2(const Blob& blob) {
   return std::pow(response_px > 0 ? brightness_sigma * response_px : own_growth_sigma_px, 2);
 }
 
+/// True if the rim was measured as one of the lamp's shape. A small rectangle can have the rim of
+/// an ellipse, by the blur of its corners.
+bool has_its_shape(const Lamp& lamp, const Blob& blob) {
+  const bool ellipse = blob.corners_px.empty() && blob.ellipse.semi_minor_px > 0;
+  return lamp.shape == LampShape::rectangle ? !ellipse : lamp.may_show(blob);
+}
+
+/// True if the rim determines the lamp's position across all directions at least as well as the
+/// centroid does. The sides of a thin tube do not where its ends have no points.
+bool determines_position(const Blob& blob) {
+  if (blob.cut_by_border) return true;  // its centroid is not used
+  Eigen::Matrix2d information = Eigen::Matrix2d::Zero();
+  for (const RimPoint& point : blob.rim)
+    information += point.normal * point.normal.transpose() / square(point.sigma_px);
+  // Largest variance of the rim over that of the centroid in that direction, at most one: the
+  // matrix information - covariance^-1 / 4 is positive semi-definite.
+  const Eigen::Matrix2d more = information - blob.covariance_px2.inverse() / 4;
+  return more.trace() >= 0 && more.determinant() >= 0;
+}
+
 bool uses_rim(const Lamp& lamp, const Blob& blob, const RefineOptions& options) {
   const std::size_t needed = blob.cut_by_border ? 1 : min_rim_points;
-  return uses_rims(options.rung) && has_rim_distance(lamp.shape) && blob.rim.size() >= needed;
+  return uses_rims(options.rung) && has_rim_distance(lamp.shape) && blob.rim.size() >= needed &&
+         has_its_shape(lamp, blob) && (blob.corners_px.empty() || determines_position(blob));
 }
 
 void observe_rim(const Match& match, const Blob& blob, const Camera& camera,

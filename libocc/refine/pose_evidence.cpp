@@ -37,6 +37,18 @@ double log_size_ratio(const Eigen::Array2d& axes_px, const Blob& blob) {
   return log_shape + std::log(seen_px * log_range / width_px);
 }
 
+/// ln of the density ratio of the direction of a blob's long side: normal about the predicted one
+/// for a lamp, uniform for a false light. Panels that are almost square have no direction.
+double log_direction_ratio(const Eigen::Matrix2d& moments_px2, const Blob& blob) {
+  constexpr double min_elongation = 1.5, sigma_rad = 0.1, other_shape = 0.02;
+  if (blob.ellipse.semi_major_px < min_elongation * blob.ellipse.semi_minor_px) return 0;
+  const double predicted =
+      0.5 * std::atan2(2 * moments_px2(0, 1), moments_px2(0, 0) - moments_px2(1, 1));
+  const double off = std::remainder(blob.ellipse.angle_rad - predicted, pi);
+  const double normal = std::exp(-0.5 * square(off / sigma_rad)) / (sigma_rad * std::sqrt(2 * pi));
+  return std::log((1 - other_shape) * normal * pi + other_shape);
+}
+
 /// Light of a seen lamp, and ln of the density ratio of its visibility: nearly edge-on a disc is
 /// too dark to be found, but for one in a hundred.
 std::pair<SeenLight, double> appearance(const Lamp& lamp, const Blob& blob,
@@ -45,11 +57,14 @@ std::pair<SeenLight, double> appearance(const Lamp& lamp, const Blob& blob,
   const double seen_edge_on = std::log(0.01);
   SeenLight light;
   light.flux = flux_ratio(lamp, blob, cam_from_world, scene);
-  if (lamp.shape != LampShape::disc || blob.striped || !(blob.ellipse.semi_minor_px > 0))
-    return {light, 0};
+  const bool has_axes = lamp.shape == LampShape::disc || !blob.corners_px.empty();
+  if (!has_axes || blob.striped || !(blob.ellipse.semi_minor_px > 0)) return {light, 0};
   const auto axes_px = predicted_axes_px(lamp, cam_from_world, scene.camera);
   if (!axes_px) return {light, seen_edge_on};
   light.log_size = log_size_ratio(*axes_px, blob);
+  if (lamp.shape == LampShape::rectangle)
+    light.log_size +=
+        log_direction_ratio(*image_moments_px2(lamp, cam_from_world, scene.camera), blob);
   return {light, (*axes_px)[0] < edge_on * (*axes_px)[1] ? seen_edge_on : 0};
 }
 

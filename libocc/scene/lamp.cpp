@@ -93,6 +93,10 @@ double Lamp::mean_light() const {
          static_cast<double>(waveform.size());
 }
 
+bool Lamp::may_show(const Blob& blob) const {
+  return blob.corners_px.empty() || shape == LampShape::rectangle || shape == LampShape::lame;
+}
+
 bool Lamp::shows_lit_side(const Eigen::Vector3d& seen_from) const {
   return (seen_from - centre_m).dot(normal) > 0;
 }

@@ -9,6 +9,7 @@
 
 #include "libocc/codes/code.hpp"
 #include "libocc/core/abi.hpp"
+#include "libocc/core/blob.hpp"
 #include "libocc/core/per_axis.hpp"
 
 namespace occ {
@@ -73,6 +74,9 @@ struct LIBOCC_API Lamp {
   double mean_light() const;  ///< mean light over a blink period, over power_w; 1 if always lit
   /// True if a camera at this position (world frame) is on the lit side of the lamp's plane.
   bool shows_lit_side(const Eigen::Vector3d& seen_from) const;
+
+  /// False if the blob's outline has straight sides and the lamp has none.
+  bool may_show(const Blob& blob) const;
 
   /// Sets code, frequency_hz and waveform. Throws std::invalid_argument as encode_id() does.
   void set_code(const LampCode& lamp_code);

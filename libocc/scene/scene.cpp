@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "libocc/scene/scene.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <set>
@@ -74,6 +75,12 @@ void check_shared_errors(const std::vector<Lamp>& lamps) {
 }
 
 }  // namespace
+
+bool Scene::has_straight_sides() const {
+  return std::any_of(lamps.begin(), lamps.end(), [](const Lamp& lamp) {
+    return lamp.shape == LampShape::rectangle || lamp.shape == LampShape::lame;
+  });
+}
 
 Eigen::Vector3d Scene::position_variance_m2(const Lamp& lamp) const {
   Eigen::Vector3d variance_m2 = Eigen::Vector3d::Zero();

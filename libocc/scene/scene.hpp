@@ -67,6 +67,7 @@ struct LIBOCC_API Scene {
   std::optional<PerAxis> position_sigma_m(const Lamp& lamp) const {
     return lamp.position_sigma_m ? lamp.position_sigma_m : map_sigma_m;
   }
+  bool has_straight_sides() const;  ///< true if the image of a lamp may be a polygon
   /// Variances of the lamp's position along the axes of the world, with the shared errors.
   Eigen::Vector3d position_variance_m2(const Lamp& lamp) const;
 };

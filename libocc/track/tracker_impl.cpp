@@ -165,6 +165,7 @@ std::vector<Blob> TrackerImpl::detect_at(Job& job,
   DetectOptions options = detect_;
   if (!options.sensor) options.sensor = job.view.scene.sensor;
   options.rims = options.rims || (options_.locate.detect.rims && sizes_next_);
+  options.polygons = options.polygons && job.view.scene.has_straight_sides();
   double pixels = 0;
   const Camera& camera = job.view.scene.camera;
   const std::vector<PixelWindow> windows = windows_of(expected, camera, options_.gate_sigma);

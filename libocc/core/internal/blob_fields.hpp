@@ -54,6 +54,8 @@ inline constexpr auto blob_fields = fields_of<Blob>(
           "(n, 5) sub-pixel rim: x, y, outward unit normal x, y, standard deviation along it [px]"),
     field("rim_covariance_px2", &Blob::rim_covariance_px2, "px^2", Unrestricted{},
           "(5, 5) covariance of the errors common to all rim points: growth along the normals, "
-          "shift in x and in y, stretch along x and along the diagonal"));
+          "shift in x and in y, stretch along x and along the diagonal"),
+    field("corners_px", &Blob::corners_px, "px", Unrestricted{},
+          "corners of a lamp with straight sides, clockwise in the image; empty for other shapes"));
 
 }  // namespace occ::internal::core

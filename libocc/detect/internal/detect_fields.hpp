@@ -21,6 +21,8 @@ inline constexpr auto detect_fields = core::fields_of<DetectOptions>(
                 "detect regions darker than their surroundings"),
     core::field("rims", &DetectOptions::rims, "", core::Unrestricted{},
                 "measure the sub-pixel rims of discs"),
+    core::field("polygons", &DetectOptions::polygons, "", core::Unrestricted{},
+                "with rims: also measure those of lamps with straight sides"),
     core::field(
         "sensor", &DetectOptions::sensor, "", core::Unrestricted{},
         "Sensor: noise model, full scale, response, row time; None: the noise is estimated"),

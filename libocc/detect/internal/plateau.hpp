@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Internal: the signal inside a disc as a polynomial surface ("plateau"), fitted to pixels that the
+// Internal: the signal inside a rim as a polynomial surface ("plateau"), fitted to pixels that the
 // blur of the rim hardly affects and extrapolated across the rim.
 #pragma once
 
 #include <Eigen/Core>
 #include <array>
 #include <optional>
+#include <vector>
 
 #include "libocc/core/abi.hpp"
 #include "libocc/detect/internal/ellipse_fit.hpp"
@@ -17,15 +18,23 @@ namespace occ::internal::detect {
 /// the measured rim: minus the mean of z weighted with the blurred edge times its derivative.
 inline constexpr double level_depth = 0.564;
 
+struct Polygon;
+
+/// Pixels of a row, both ends included.
+struct PixelRun {
+  int y, x0, x1;
+};
+
 class Plateau {
  public:
-  /// Least-squares fit to the pixels inside the ellipse that keep most of their light under the
+  /// Least-squares fit to the pixels inside the rim that keep most of their light under the
   /// rim's blur: a polynomial of degree 0 to 3, depending on the number of pixels; degree 5 on a
   /// ring along the rim for large discs, whose brightness varies more. Empty for fewer than four
   /// pixels.
   static std::optional<Plateau> fit(const Patch& patch, const FittedConic& conic, double blur_px);
+  static std::optional<Plateau> fit(const Patch& patch, const Polygon& polygon, double blur_px);
 
-  /// Signal of the unblurred disc at a pixel.
+  /// Signal of the unblurred lamp at a pixel.
   double operator()(double x, double y) const {
     const double u = (x - centre_.x()) * scale_, v = (y - centre_.y()) * scale_;
     if (degree_ <= 2)  // fast path: most lamps, and most of the run time
@@ -54,6 +63,10 @@ class Plateau {
   double level() const { return level_; }        ///< mean signal over the pixels
   double variance() const { return variance_; }  ///< variance of a pixel about the surface
 
+  /// Standard deviation of light that the surface does not follow: of the part of the residuals
+  /// that neighbouring pixels have in common, beyond chance.
+  double structure(const Patch& patch) const;
+
   /// Covariance of the slope at the rim [DN per pixel], for unit variance of the pixels.
   const Eigen::Matrix2d& gradient_covariance() const { return gradient_covariance_; }
 
@@ -63,6 +76,9 @@ class Plateau {
   /// Covariance of the parts of the level along the rim that vary with n_x^2 - n_y^2 and 2 n_x n_y,
   /// for its normal n and unit variance of the pixels.
   const Eigen::Matrix2d& rim_stretch_covariance() const { return rim_stretch_covariance_; }
+
+  /// Covariance of the signals at two pixels, for unit variance of the pixels; polygons only.
+  double level_covariance(const Eigen::Vector2d& a, const Eigen::Vector2d& b) const;
 
   static constexpr int max_degree = 5;
 
@@ -76,9 +92,9 @@ class Plateau {
     return sum;
   }
 
-  template <int Degree>
-  static std::optional<Plateau> fit_surface(const Patch& patch, const FittedConic& conic,
-                                            double blur_px, double shrink, double hollow);
+  template <int Degree, typename Region>
+  static std::optional<Plateau> fit_surface(const Patch& patch, const Region& region,
+                                            double blur_px);
 
   Eigen::Vector2d centre_ = Eigen::Vector2d::Zero();
   double scale_ = 1;
@@ -86,8 +102,10 @@ class Plateau {
   std::array<double, (max_degree + 1) * (max_degree + 1)> c_{};
   double level_ = 0;
   double variance_ = 0;
+  std::vector<PixelRun> rows_;  // pixels of the fit
   Eigen::Matrix2d gradient_covariance_ = Eigen::Matrix2d::Zero();
   double rim_level_variance_ = 0;
+  Eigen::MatrixXd terms_covariance_;  // of the coefficients, polygons only
   Eigen::Matrix2d rim_stretch_covariance_ = Eigen::Matrix2d::Zero();
 };
 

@@ -23,6 +23,7 @@
 #include "libocc/detect/internal/components.hpp"
 #include "libocc/detect/internal/ellipse_fit.hpp"
 #include "libocc/detect/internal/patch.hpp"
+#include "libocc/detect/internal/polygon.hpp"
 
 namespace occ::internal::detect {
 
@@ -45,6 +46,23 @@ std::optional<Rim> measure_rim(const Patch& patch, const Component& component, d
 /// Measures a disc that is clipped at full scale: the rim at half of full scale, which lies outside
 /// the true rim by nearly the same distance all around.
 std::optional<Rim> measure_saturated_rim(const Patch& patch, const Component& component);
+
+/// Rim of a lamp with straight sides.
+struct PolygonRim {
+  Polygon polygon;
+  std::vector<RimPoint> points;
+  Eigen::Matrix2d centre_covariance_px2 = Eigen::Matrix2d::Zero();  ///< of the polygon's centroid
+  RimErrorCovariance common_covariance_px2 = RimErrorCovariance::Zero();
+  Eigen::Matrix2d light_response_px2 = Eigen::Matrix2d::Zero();
+};
+
+/// Measures a lamp with straight sides. Empty when its outline is no such polygon or when it has no
+/// plateau. `blur_px`: initial value of the blur.
+std::optional<PolygonRim> measure_polygon(const Patch& patch, const Component& component,
+                                          double blur_px);
+
+/// The same for a lamp that is clipped at full scale, see measure_saturated_rim().
+std::optional<PolygonRim> measure_saturated_polygon(const Patch& patch, const Component& component);
 
 /// Sets the normals to those of the ellipse through the points. Those of the pass before differ by
 /// its step, which correlates with the noise of the points.

@@ -1,0 +1,200 @@
+// SPDX-License-Identifier: Apache-2.0
+// Internal: rim points from the profiles of image rows and columns across a rim, see subpixel.hpp.
+#pragma once
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <vector>
+
+#include "libocc/core/math.hpp"
+#include "libocc/detect/internal/normal_table.hpp"
+#include "libocc/detect/internal/outline.hpp"
+#include "libocc/detect/internal/plateau.hpp"
+
+namespace occ::internal::detect {
+
+inline constexpr double window_sigmas = 3;  ///< half width of a profile [sigma of the blur]
+inline constexpr double min_blur_px = 0.3, max_blur_px = 4;
+/// Max root mean square residual of the profiles beyond noise, over the plateau.
+inline constexpr double max_misfit = 0.05;
+
+/// Model of a rim's profile.
+struct RimModel {
+  Plateau plateau;
+  Noise noise;
+  double blur_px = 0;
+};
+
+/// Fits one rim point on each line, and sums the residuals of all profiles.
+class RimProfiles {
+ public:
+  /// `glow`: the light just outside the rim is measured on each line, such as that of a bezel or a
+  /// halo. Otherwise a line with light there is left out: another source is too close.
+  RimProfiles(const Patch& patch, const RimModel& model, const Eigen::Vector2d& centre,
+              bool glow = false)
+      : patch_(patch),
+        model_(model),
+        centre_(centre),
+        glow_(glow),
+        dim_(std::max(5 * std::sqrt(model.noise.floor), 0.05 * model.plateau.level())) {}
+
+  /// `part`: share of the light that other edges nearby leave to this one under blur.
+  void add(const RimLine& line, double part = 1) {
+    // Along the line the edge is wider by 1 / cosine, and displaced by the rim's curvature.
+    const double blur = model_.blur_px / line.cosine();
+    const double edge = line.edge + displacement(line);
+    const int low = static_cast<int>(std::ceil(edge - window_sigmas * blur));
+    const int high = static_cast<int>(std::floor(edge + window_sigmas * blur));
+    if (!line.inside(patch_, low, high)) return;
+    const double chord = line.outward * (line.edge - line.opposite);
+    const bool both_edges = chord < 2 * window_sigmas * blur;
+    double outside = 0;
+    if (glow_) {
+      const std::optional<double> level = level_outside(line, edge, blur);
+      if (!level) return;
+      outside = *level;
+    }
+    const float* pixel = line.pixel(patch_, low);
+    const std::ptrdiff_t step = line.step(patch_);
+    const Eigen::Vector2d normal = line.normal();
+    const Eigen::Vector2d rim = line.point(line.edge);
+    // Blur also transports light along the plateau's slope.
+    const double carried =
+        part * model_.blur_px * model_.plateau.gradient(rim.x(), rim.y()).dot(normal);
+    Sums sums;
+    for (int along = low; along <= high; ++along, pixel += step) {
+      const double z = line.outward * (along - edge) / blur;
+      if (z > 2 && *pixel - outside > dim_) {  // another light source is too close
+        ++dazzled;
+        return;
+      }
+      const NormalTable::Value at_z = table_(z);
+      double cover = 1 - at_z.below;
+      if (both_edges) cover -= 1 - table_(z + chord / blur).below;
+      const Eigen::Vector2d at = line.point(along);
+      const double level = part * model_.plateau(at.x(), at.y()) - outside;
+      sums.add(*pixel - outside, level, level * cover - carried * at_z.density, z, at_z.density,
+               model_.noise);
+      sums.by_level += at_z.density * cover;
+    }
+    if (!(sums.weight > 0)) return;
+    const double shift = blur * sums.shift / sums.weight;
+    const double sigma = blur * std::sqrt(sums.variance) / sums.weight;
+    points.push_back({line.point(line.edge + line.outward * shift), normal, sigma * line.cosine()});
+    const double by_own_level = -model_.blur_px * sums.by_level / sums.weight;
+    by_gradient.push_back(by_own_level * (rim - level_depth * model_.blur_px * normal - centre_) +
+                          square(model_.blur_px) / model_.plateau.level() * normal);
+    by_level += by_own_level;
+    slopes2 += square(carried / model_.plateau(rim.x(), rim.y()));
+    total_ += sums;
+  }
+
+  /// Relative change of the blur that minimises the residuals.
+  double blur_change() const { return total_.blur / total_.blur_weight; }
+
+  /// Root mean square residual of the profiles beyond noise, relative to the plateau.
+  double misfit() const {
+    return std::sqrt(std::max(0.0, total_.misfit - total_.expected) / total_.light);
+  }
+
+  std::vector<RimPoint> points;
+  std::vector<Eigen::Vector2d>
+      by_gradient;      ///< d shift / d gradient of the plateau, for each point
+  double by_level = 0;  ///< sum of d shift / d level of the plateau
+  double slopes2 = 0;   ///< sum of squares of the plateau's change across the blur, over its level
+  int dazzled = 0;      ///< lines that were left out because of light outside the rim
+
+ private:
+  struct Sums {
+    double shift = 0, weight = 0, variance = 0, by_level = 0;  // weighted by the edge's derivative
+    double blur = 0, blur_weight = 0;
+    double misfit = 0, expected = 0, light = 0;
+
+    void add(double signal, double level, double model, double z, double density,
+             const Noise& noise) {
+      const double residual = signal - model;
+      const double pixel_variance = noise.variance(model);
+      shift += density * residual;
+      weight += density * density * level;
+      variance += density * density * pixel_variance;
+      const double by_blur = level * density * z;
+      blur += by_blur * residual;
+      blur_weight += by_blur * by_blur;
+      misfit += residual * residual;
+      expected += pixel_variance;
+      light += level * level;
+    }
+
+    Sums& operator+=(const Sums& other) {
+      blur += other.blur;
+      blur_weight += other.blur_weight;
+      misfit += other.misfit;
+      expected += other.expected;
+      light += other.light;
+      return *this;
+    }
+  };
+
+  /// Displacement of the blurred edge of a curved rim. The offsets that blur of sigma s adds have
+  /// mean bend s^2/2 and third moment 3 slope^2 bend s^4. Under a weight as wide as the edge
+  /// itself, the third moment shifts the edge by minus a sixth of it over the sum of both
+  /// variances.
+  double displacement(const RimLine& line) const {
+    const double slope2 = square(line.slope);
+    return 0.5 * line.bend * square(model_.blur_px) * (1 - slope2 / (2 * (1 + slope2)));
+  }
+
+  /// Mean level from 2.5 to 5 sigmas outside the edge; empty if it varies by more than a quarter of
+  /// the plateau, or if there are no pixels.
+  std::optional<double> level_outside(const RimLine& line, double edge, double blur) const {
+    constexpr double from_sigmas = 2.5, to_sigmas = 5, max_variation = 0.25;
+    const double a = edge + line.outward * from_sigmas * blur;
+    const double b = edge + line.outward * to_sigmas * blur;
+    const int low = static_cast<int>(std::ceil(std::min(a, b)));
+    const int high = static_cast<int>(std::floor(std::max(a, b)));
+    if (low > high || !line.inside(patch_, low, high)) return std::nullopt;
+    const float* pixel = line.pixel(patch_, low);
+    double sum = 0, darkest = infinity, brightest = -infinity;
+    for (int along = low; along <= high; ++along, pixel += line.step(patch_)) {
+      sum += *pixel;
+      darkest = std::min<double>(darkest, *pixel);
+      brightest = std::max<double>(brightest, *pixel);
+    }
+    if (brightest - darkest > max_variation * model_.plateau.level()) return std::nullopt;
+    return sum / (high - low + 1);
+  }
+
+  const Patch& patch_;
+  const RimModel& model_;
+  const Eigen::Vector2d centre_;
+  const bool glow_;
+  const double dim_;  ///< max signal on the dark side of an edge
+  const NormalTable& table_ = NormalTable::get();
+  Sums total_;
+};
+
+/// Noise of the patch. The shot noise is estimated from the plateau's scatter if no sensor is
+/// given, or if the scatter is more than twice that of the sensor (texture).
+inline Noise noise_of(const Patch& patch, const Plateau& plateau) {
+  Noise noise = patch.noise();
+  const double measured = (plateau.variance() - noise.floor) / plateau.level();
+  if (!noise.known || measured > 2 * noise.per_dn) noise.per_dn = std::max(0.0, measured);
+  return noise;
+}
+
+/// Adds the errors of rim and centre by uneven light, such as a bright middle. The level at the rim
+/// is wrong by as much as the structure that the plateau's surface does not follow. A slope at the
+/// rim changes the profile of an edge in second order, which the model of the profile ignores.
+inline void add_uneven_light(const RimModel& model, const RimProfiles& profiles, const Patch& patch,
+                             RimErrorCovariance& rim_px2, Eigen::Matrix2d& centre_px2) {
+  const double structure = model.plateau.structure(patch) / model.plateau.level();
+  const double slope2 = profiles.slopes2 / static_cast<double>(profiles.points.size());
+  const double variance =
+      square(model.blur_px) * (square(level_depth * structure) + square(slope2));
+  rim_px2.diagonal().head<3>().array() += variance;
+  centre_px2.diagonal().array() += variance;
+}
+
+}  // namespace occ::internal::detect

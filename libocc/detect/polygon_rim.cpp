@@ -1,0 +1,243 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "libocc/core/math.hpp"
+#include "libocc/detect/internal/plateau.hpp"
+#include "libocc/detect/internal/polygon.hpp"
+#include "libocc/detect/internal/rim_profiles.hpp"
+#include "libocc/detect/internal/rim_tail.hpp"
+#include "libocc/detect/internal/subpixel.hpp"
+
+namespace occ::internal::detect {
+namespace {
+
+constexpr int max_polygon_passes = 12;  // the ends of a tube determine each other's corners slowly
+constexpr double polygon_settled_px = 0.01;  // convergence limit for centroid, size and blur
+// Min distance of a rim point from a corner: beyond it, the blur of the other side takes less than
+// a fourteenth of the light, which RimProfiles allows for.
+constexpr double corner_sigmas = 1.5;
+constexpr double saturated_corner_px = 3;  // the rounding of a clipped corner is not modelled
+
+/// Points of each side.
+using SidePoints = std::vector<std::vector<RimPoint>>;
+
+std::size_t count(const SidePoints& points) {
+  std::size_t sum = 0;
+  for (const auto& side : points) sum += side.size();
+  return sum;
+}
+
+/// The shift s that fits moves m_i of the points along their normals best, for a unit gradient in
+/// x and y: minimises the sum of (n_i . s - m_i)^2.
+Eigen::Matrix2d shift_response(const SidePoints& points,
+                               const std::vector<Eigen::Vector2d>& moves) {
+  Eigen::Matrix2d normal = Eigen::Matrix2d::Zero(), right = Eigen::Matrix2d::Zero();
+  std::size_t k = 0;
+  for (const auto& side : points)
+    for (const RimPoint& point : side) {
+      normal += point.normal * point.normal.transpose();
+      right += point.normal * moves[k++].transpose();
+    }
+  normal.diagonal().array() += 1e-9 * normal.trace();  // all sides parallel
+  return normal.inverse() * right;
+}
+
+/// Shift of the polygon's centroid when a side moves outwards by one pixel: the area that it adds,
+/// about its middle.
+Eigen::Vector2d centroid_by_side(const Polygon& polygon, std::size_t side) {
+  const Eigen::Vector2d from = polygon.corners_px[side], to = polygon.corner_after(side);
+  return (0.5 * (from + to) - polygon.centroid_px) * (to - from).norm() / polygon.area_px2;
+}
+
+/// Covariance of the polygon's centroid by the noise of the points. A side that turns by r moves it
+/// by length^3 r / 12 / area along the side.
+Eigen::Matrix2d centre_covariance(const Polygon& polygon, const SidePoints& points) {
+  constexpr double unmeasured_px = 0.5;  // error of a side without points
+  // Error by the model of an edge, a Gaussian for the blur and the pixel's box: where a side runs
+  // along rows or columns, it is the same in all profiles. Found on rendered panels.
+  constexpr double edge_model_px = 0.0015;
+  Eigen::Matrix2d sum = Eigen::Matrix2d::Zero();
+  for (std::size_t i = 0; i < polygon.sides.size(); ++i) {
+    const Eigen::Vector2d along = polygon.corner_after(i) - polygon.corners_px[i];
+    double information = 0;
+    for (const RimPoint& point : points[i]) information += 1 / square(point.sigma_px);
+    const double variance =
+        information > 0 ? 1 / information + square(edge_model_px) : square(unmeasured_px);
+    const Eigen::Vector2d by_shift = centroid_by_side(polygon, i);
+    // Points evenly spaced along a side: the variance of its direction is 12 times as large, over
+    // the square of its length.
+    const Eigen::Vector2d by_turn = along.norm() / std::sqrt(12.0) / polygon.area_px2 * along;
+    sum += variance * (by_shift * by_shift.transpose() + by_turn * by_turn.transpose());
+  }
+  return sum;
+}
+
+/// Covariance of the centroid by the error of the plateau at the middle of each side. `by_level`:
+/// shift of a side per grey level.
+Eigen::Matrix2d covariance_of_plateau(const Polygon& polygon, const Plateau& plateau,
+                                      double pixel_variance, double by_level) {
+  Eigen::Matrix2d sum = Eigen::Matrix2d::Zero();
+  const auto middle = [&](std::size_t i) -> Eigen::Vector2d {
+    return 0.5 * (polygon.corners_px[i] + polygon.corner_after(i));
+  };
+  for (std::size_t i = 0; i < polygon.sides.size(); ++i)
+    for (std::size_t j = 0; j < polygon.sides.size(); ++j)
+      sum += plateau.level_covariance(middle(i), middle(j)) * centroid_by_side(polygon, i) *
+             centroid_by_side(polygon, j).transpose();
+  return square(by_level) * pixel_variance * sum;
+}
+
+/// Mean square of the residuals from the sides over their variances, beyond chance; at least 1.
+double excess_scatter(const Polygon& polygon, const SidePoints& points) {
+  double chi2 = 0, dof = 0;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const PolygonSide& side = polygon.sides[i];
+    dof += std::max(0.0, static_cast<double>(points[i].size()) - 3);
+    for (const RimPoint& point : points[i]) {
+      const double off = point.px[side.column ? 1 : 0] - side.edge(side.u_of(point.px));
+      const double slope = side.slope(side.u_of(point.px));
+      chi2 += square(off / point.sigma_px) / (1 + square(slope));
+    }
+  }
+  if (dof < 1) return 1;
+  return std::max(1.0, chi2 / dof - std::sqrt(2 / dof));
+}
+
+/// Joins the points of all sides, with the sides' normals, and inflates their sigmas to the
+/// observed scatter.
+void finish(const SidePoints& points, PolygonRim& rim) {
+  const double excess = excess_scatter(rim.polygon, points);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const PolygonSide& side = rim.polygon.sides[i];
+    for (RimPoint point : points[i]) {
+      const double slope = side.slope(side.u_of(point.px));
+      const double cosine = side.outward / std::sqrt(1 + square(slope));
+      point.normal = side.column ? Eigen::Vector2d(-slope * cosine, cosine)
+                                 : Eigen::Vector2d(cosine, -slope * cosine);
+      point.sigma_px *= std::sqrt(excess);
+      rim.points.push_back(point);
+    }
+  }
+  rim.centre_covariance_px2 += excess * centre_covariance(rim.polygon, points);
+}
+
+/// Errors of the estimated plateau, as for discs (rim.cpp).
+void add_plateau_noise(const RimModel& model, const RimProfiles& profiles, const SidePoints& points,
+                       PolygonRim& rim) {
+  const double pixel_variance = model.noise.variance(model.plateau.level());
+  const Eigen::Matrix2d response = shift_response(points, profiles.by_gradient);
+  const double growth = profiles.by_level / static_cast<double>(count(points));
+  if (model.plateau.uniform()) rim.light_response_px2 = -model.plateau.level() * response;
+  rim.common_covariance_px2(0, 0) =
+      growth * growth * pixel_variance * model.plateau.rim_level_variance();
+  rim.common_covariance_px2.block<2, 2>(1, 1) =
+      pixel_variance * response * model.plateau.gradient_covariance() * response.transpose();
+  rim.common_covariance_px2.bottomRightCorner<2, 2>() =
+      growth * growth * pixel_variance * model.plateau.rim_stretch_covariance();
+  rim.centre_covariance_px2 =
+      covariance_of_plateau(rim.polygon, model.plateau, pixel_variance, growth);
+}
+
+/// Fits the sides to their points. Empty if the polygon collapses.
+bool refit(const SidePoints& points, Polygon& polygon) {
+  for (std::size_t i = 0; i < points.size(); ++i) polygon.fit_side(i, points[i]);
+  return polygon.update();
+}
+
+bool is_settled(const Polygon& before, const Polygon& after, double limit_px) {
+  return (after.centroid_px - before.centroid_px).norm() < limit_px &&
+         std::abs(std::sqrt(after.area_px2) - std::sqrt(before.area_px2)) < limit_px;
+}
+
+}  // namespace
+
+std::optional<PolygonRim> measure_polygon(const Patch& patch, const Component& component,
+                                          double blur_px) {
+  std::optional<Polygon> polygon =
+      find_polygon(patch, component, 0.5 * weighted_mean_signal(patch, component), blur_px);
+  if (!polygon) return std::nullopt;
+  for (int pass = 0; pass < max_polygon_passes; ++pass) {
+    const std::optional<Plateau> plateau = Plateau::fit(patch, *polygon, blur_px);
+    if (!plateau || !(plateau->level() > 0)) return std::nullopt;
+    const RimModel model{*plateau, noise_of(patch, *plateau), blur_px};
+    RimProfiles profiles(patch, model, polygon->centroid_px);
+    SidePoints points(polygon->sides.size());
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      const std::size_t first = profiles.points.size();
+      for (const RimLine& line : polygon->lines(i, corner_sigmas * blur_px))
+        profiles.add(line, polygon->coverage_beside(line, i, blur_px));
+      points[i].assign(profiles.points.begin() + static_cast<std::ptrdiff_t>(first),
+                       profiles.points.end());
+    }
+    if (count(points) < 4) return std::nullopt;
+    const Polygon before = *polygon;
+    if (!refit(points, *polygon)) return std::nullopt;
+    const double blur = std::clamp(blur_px * (1 + std::clamp(profiles.blur_change(), -0.4, 0.6)),
+                                   min_blur_px, max_blur_px);
+    const bool settled = is_settled(before, *polygon, polygon_settled_px) &&
+                         std::abs(blur - blur_px) < polygon_settled_px;
+    if (settled || pass + 1 == max_polygon_passes) {
+      if (!settled || profiles.misfit() > max_misfit) return std::nullopt;
+      PolygonRim rim;
+      rim.polygon = *polygon;
+      add_plateau_noise(model, profiles, points, rim);
+      add_uneven_light(model, profiles, patch, rim.common_covariance_px2,
+                       rim.centre_covariance_px2);
+      finish(points, rim);
+      return rim;
+    }
+    blur_px = blur;
+  }
+  return std::nullopt;
+}
+
+std::optional<PolygonRim> measure_saturated_polygon(const Patch& patch,
+                                                    const Component& component) {
+  const double level = rim_level * patch.full_scale_signal();
+  if (!(level > 0)) return std::nullopt;
+  std::optional<Polygon> polygon =
+      find_polygon(patch, component, level, saturated_corner_px / corner_sigmas);
+  if (!polygon) return std::nullopt;
+  double last_rim_px = 0;
+  for (int pass = 0; pass < max_saturated_passes; ++pass) {
+    std::vector<std::vector<RimLine>> lines;
+    for (std::size_t i = 0; i < polygon->sides.size(); ++i)
+      lines.push_back(polygon->lines(i, saturated_corner_px));
+    const auto all_lines = [&](auto&& f) {
+      for (const auto& side : lines) std::for_each(side.begin(), side.end(), f);
+    };
+    const Tail tail = fit_tail(patch, all_lines, level);
+    if (!(tail.slope > 0) || !std::isfinite(tail.bend)) return std::nullopt;
+    SidePoints points;
+    for (const auto& side : lines)
+      points.push_back(fit_points(
+          patch, [&](auto&& f) { std::for_each(side.begin(), side.end(), f); }, tail, level));
+    if (count(points) < 4) return std::nullopt;
+    const Polygon before = *polygon;
+    if (!refit(points, *polygon)) return std::nullopt;
+    const bool settled = is_settled(before, *polygon, saturated_settled_px) &&
+                         std::abs(tail.rim() - last_rim_px) < saturated_settled_px;
+    last_rim_px = tail.rim();
+    if (!settled) continue;
+    PolygonRim rim;
+    rim.polygon = *polygon;
+    const double radius_px = std::sqrt(polygon->area_px2 / pi);
+    const double depth_px = tail.depth_within(radius_px);
+    std::vector<Eigen::Vector2d> moves;
+    for (const auto& side : points)
+      for (const RimPoint& point : side)
+        moves.push_back((point.px - depth_px * point.normal - polygon->centroid_px) / tail.slope);
+    rim.light_response_px2 = shift_response(points, moves);
+    add_saturated_shift(tail_misfit(patch, all_lines, tail, level), tail.is_halo(radius_px),
+                        rim.light_response_px2, rim.common_covariance_px2,
+                        rim.centre_covariance_px2);
+    finish(points, rim);
+    return rim;
+  }
+  return std::nullopt;
+}
+
+}  // namespace occ::internal::detect
