@@ -80,7 +80,7 @@ void Search::run() {
     method = !has_many_assignments(problem_) ? IdentifyMethod::alignment
              : problem_.options->index       ? IdentifyMethod::hashing
                                              : IdentifyMethod::voting;
-  if (!automatic || !search_near_last_pose()) search_by(method);
+  if (!automatic || (!search_near_last_pose() && !search_lamp_like(method))) search_by(method);
   if (automatic && statistics_ && !cut_short_) add_row();
   merge_and_rank();
   const bool last_pose = prior_ && problem_.options->prior->last_pose;

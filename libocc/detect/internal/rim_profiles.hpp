@@ -193,7 +193,7 @@ inline void add_uneven_light(const RimModel& model, const RimProfiles& profiles,
   const double slope2 = profiles.slopes2 / static_cast<double>(profiles.points.size());
   const double variance =
       square(model.blur_px) * (square(level_depth * structure) + square(slope2));
-  rim_px2.diagonal().head<3>().array() += variance;
+  rim_px2.diagonal().array() += variance;
   centre_px2.diagonal().array() += variance;
 }
 

@@ -43,12 +43,14 @@ struct Tail {
     return square(hazard) / slope;
   }
 
-  /// True for the halo of a strongly over-exposed lamp: it decays slowly, and its light comes from
-  /// all over the lamp.
-  bool is_halo(double radius_px) const { return depth() > 0.5 * radius_px; }
+  /// True for the halo of a strongly over-exposed lamp, which is no tail of a Gaussian: it decays
+  /// so slowly that its light would come from beyond the centre.
+  bool is_halo(double radius_px) const { return depth() > radius_px; }
 
-  /// depth(), at most half of the lamp's radius.
-  double depth_within(double radius_px) const { return std::min(depth(), 0.5 * radius_px); }
+  /// depth(), or half of the lamp's radius for a halo, whose light comes from all over the lamp.
+  double depth_within(double radius_px) const {
+    return is_halo(radius_px) ? 0.5 * radius_px : depth();
+  }
 
   /// Distance at which the signal has the rim's level; small when the ellipse has converged.
   double rim() const { return std::clamp(offset / decay(0.5 * offset / slope), -1.0, 1.0); }
@@ -142,12 +144,12 @@ double tail_misfit(const Patch& patch, const Lines& lines, const Tail& tail, dou
 /// the light, which is not known well.
 inline void add_saturated_shift(double misfit, bool halo, const Eigen::Matrix2d& light_response_px2,
                                 RimErrorCovariance& rim_px2, Eigen::Matrix2d& centre_px2) {
-  constexpr double tail_px = 0.03;   // found where rendered tails end abruptly, at misfits above 10
+  constexpr double tail_px = 0.015;  // found where rendered tails end abruptly, at misfits above 10
   constexpr double gradient = 1e-3;  // a third of that of cos^4 at 18 degrees with f = 400 px
   const double doubt = std::clamp((misfit - 1.5) / 10, 0.0, 1.0);
   double variance = square(tail_px) * doubt;
   if (halo) variance += square(gradient) * light_response_px2.squaredNorm() / 2;
-  rim_px2.diagonal().segment<2>(1).array() += variance;
+  rim_px2.diagonal().tail<4>().array() += variance;  // the growth is unknown in any case
   centre_px2.diagonal().array() += variance;
 }
 

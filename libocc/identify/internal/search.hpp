@@ -67,6 +67,7 @@ class Search {
 
   void search_by(IdentifyMethod method);
   bool search_near_last_pose();
+  bool search_lamp_like(IdentifyMethod method);
   void search_by_pairs();
   void try_pair(const Pair& first, const Pair& second);
   bool extend_last_pose(const AssignmentProblem& near);
