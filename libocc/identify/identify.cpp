@@ -13,6 +13,7 @@
 #include "libocc/identify/internal/lamp_table.hpp"
 #include "libocc/identify/internal/pose_hypothesis.hpp"
 #include "libocc/identify/internal/search.hpp"
+#include "libocc/identify/internal/search_by_corners.hpp"
 #include "libocc/identify/internal/verdict.hpp"
 
 namespace occ {
@@ -144,7 +145,9 @@ void IdentifyOptions::validate() const {
   internal::core::check_fields(*this, identify_fields, "");
 }
 
-Result<Identification> internal::identify::solve_assignment(const AssignmentProblem& problem) {
+namespace {
+
+Result<Identification> solve_by_centres(const AssignmentProblem& problem) {
   Result<Identification> result;
   if (problem.observations.size() < 3 || problem.map_points.size() < 3) {
     result.status = Status::too_few_lamps;
@@ -170,6 +173,20 @@ Result<Identification> internal::identify::solve_assignment(const AssignmentProb
   rank_by_brightness(problem, found);
   if (found.empty() || !fill_from_brighter(problem, found.front(), result))
     fill(problem, search, std::move(found), false, result);
+  return result;
+}
+
+}  // namespace
+
+Result<Identification> internal::identify::solve_assignment(const AssignmentProblem& problem) {
+  Result<Identification> result = solve_by_centres(problem);
+  if (!result->hypotheses.empty()) return result;
+  const std::vector<PoseHypothesis> found = corner_hypotheses(problem);
+  if (found.empty()) return result;
+  result.status = Status::ok;
+  result.message = "the pose follows from the corners of one lamp";
+  for (const PoseHypothesis& e : found)
+    result.value.hypotheses.push_back(to_hypothesis(problem, e));
   return result;
 }
 

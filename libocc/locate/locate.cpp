@@ -7,6 +7,7 @@
 #include <iomanip>
 #include <sstream>
 
+#include "libocc/core/math.hpp"
 #include "libocc/core/require.hpp"
 #include "libocc/identify/internal/assignment_evidence.hpp"
 #include "libocc/identify/internal/assignment_problem.hpp"
@@ -172,6 +173,35 @@ double risk_of_rest(const Identification& identified, const Hypothesis& best) {
   return best.matches.size() < strong_pairs ? identified.untried : 0;
 }
 
+/// Probability that the one light that a pose rests on is another rectangle, such as a window: it
+/// fits as well if it has the same ratio of its sides and, where the prior knows the distance, the
+/// same size.
+double risk_of_one_rectangle(const RankedPose& best, const Scene& scene,
+                             const std::vector<Blob>& blobs, const std::optional<Prior>& prior) {
+  constexpr double another =
+      0.1;  // an assumption: one bright rectangle in ten is no lamp of the map
+  constexpr double same_ratio = 0.006;  // 1 % of a factor between 1/7 and 7
+  constexpr double log_sizes = 6;       // sizes vary by a factor of 400
+  const std::vector<Match>& matches = best.hypothesis->matches;
+  if (matches.size() != 1 || !best.refined.ok() || blobs[matches[0].blob].lamp_id) return 0;
+  const Rigid3& pose = best.refined->cam_from_world;
+  const double distance_m = (pose * scene.lamps[matches[0].lamp].centre_m).norm();
+  double sigma_m = infinity;
+  if (prior && prior->height_m) sigma_m = std::min(sigma_m, prior->height_sigma_m);
+  if (prior && prior->position_m) sigma_m = std::min(sigma_m, prior->position_sigmas().maxCoeff());
+  if (prior && prior->last_pose)
+    sigma_m = std::min(sigma_m,
+                       std::sqrt(prior->last_pose->covariance.bottomRightCorner<3, 3>().trace()));
+  const double same_size = std::min(1.0, std::sqrt(2 * pi) * sigma_m / distance_m / log_sizes);
+  return another * same_ratio * same_size;
+}
+
+/// Adds a probability that none of the poses is right.
+void add_doubt(double doubt, Refinement& refinement) {
+  refinement.none += (1 - refinement.none) * doubt;
+  for (RankedPose& pose : refinement.poses) pose.probability *= 1 - doubt;
+}
+
 Result<Fix> locate_blobs(const std::vector<Blob>& blobs, const Scene& scene,
                          const LocateOptions& given, const ImageView* image, const Clock& clock) {
   Result<Fix> result;
@@ -219,6 +249,8 @@ Result<Fix> locate_blobs(const std::vector<Blob>& blobs, const Scene& scene,
   Refinement refinement = refine_hypotheses(ahead, [&] { return clock.seconds(); });
   add_excluded(ahead, identified->excluded, refinement);
   exclude_separated_lamp(ahead, refinement, fix.excluded_lamps);
+  add_doubt(risk_of_one_rectangle(refinement.poses.front(), scene, blobs, options.prior),
+            refinement);
   fix.choice = refinement.choice;
   fix.timing_s.refine_s = refine_clock.seconds();
 

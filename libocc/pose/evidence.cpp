@@ -119,6 +119,13 @@ double log_places(const PoseEvidence& pose, double model_sigma_px, int wrong,
     sums.add(lamp.residual_px, lamp.by_pose, Eigen::Matrix2d(s.inverse()));
     log -= std::log(2 * pi) + 0.5 * std::log(s.determinant());
   }
+  for (const SeenLamp& corner : pose.corners) {
+    const Eigen::Matrix2d s =
+        corner.covariance_px2 +
+        (square(share_of_shape * model_sigma_px) + min_variance_px2) * Eigen::Matrix2d::Identity();
+    sums.add(corner.residual_px, corner.by_pose, Eigen::Matrix2d(s.inverse()));
+    log -= std::log(2 * pi) + 0.5 * std::log(s.determinant());
+  }
   return log + sums.log_integral();
 }
 

@@ -2,10 +2,12 @@
 #include "libocc/refine/internal/pose_evidence.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "libocc/core/math.hpp"
 #include "libocc/core/statistics.hpp"
+#include "libocc/formation/rim.hpp"
 #include "libocc/identify/internal/assignment_evidence.hpp"
 #include "libocc/pose/internal/evidence.hpp"
 #include "libocc/refine/internal/lamp_sizes.hpp"
@@ -57,7 +59,9 @@ std::pair<SeenLight, double> appearance(const Lamp& lamp, const Blob& blob,
   const double seen_edge_on = std::log(0.01);
   SeenLight light;
   light.flux = flux_ratio(lamp, blob, cam_from_world, scene);
-  const bool has_axes = lamp.shape == LampShape::disc || !blob.corners_px.empty();
+  // The corners of a rectangle say more than its axes (add_corners).
+  const bool has_axes =
+      lamp.shape == LampShape::disc || (!blob.corners_px.empty() && blob.corners_px.size() != 4);
   if (!has_axes || blob.striped || !(blob.ellipse.semi_minor_px > 0)) return {light, 0};
   const auto axes_px = predicted_axes_px(lamp, cam_from_world, scene.camera);
   if (!axes_px) return {light, seen_edge_on};
@@ -174,6 +178,60 @@ void add_shape(const Lamp& lamp, const Blob& blob, const Rigid3& cam_from_world,
                 square(growth_px) + size_variance_px2(lamp, blob, cam_from_world, scene));
 }
 
+/// Adds three corners of a rectangle relative to its centroid; the fourth follows. A false light
+/// has them anywhere in a square about the blob.
+void add_corners(const Lamp& lamp, const Blob& blob, const Rigid3& cam_from_world,
+                 const Camera& camera, PoseEvidence& evidence) {
+  constexpr std::size_t corners = 4;
+  constexpr double fit_px = 0.3, growth_px = 3, step = 1e-6, square_over_axis = 3;
+  if (lamp.shape != LampShape::rectangle || blob.corners_px.size() != corners || blob.striped)
+    return;
+  // Corners clockwise in the image, relative to the centroid.
+  const auto predicted = [&](const Rigid3& pose) {
+    std::vector<Eigen::Vector2d> px;
+    const auto centre = project_lamp_centre(lamp, pose, camera);
+    const auto rim = project_rim(lamp, pose, camera, 16);
+    if (!centre || !rim) return px;
+    const Eigen::Vector3d a = 0.5 * lamp.size_m.x() * lamp.x_axis;
+    const Eigen::Vector3d b = 0.5 * lamp.size_m.y() * lamp.normal.cross(lamp.x_axis);
+    for (const Eigen::Vector3d& corner : {Eigen::Vector3d(a + b), Eigen::Vector3d(a - b),
+                                          Eigen::Vector3d(-a - b), Eigen::Vector3d(b - a)}) {
+      const auto at = camera.project(pose * (lamp.centre_m + corner));
+      if (!at) return std::vector<Eigen::Vector2d>{};
+      px.push_back(camera.difference_px(*at, *centre));
+    }
+    return px;
+  };
+  const std::vector<Eigen::Vector2d> here = predicted(cam_from_world);
+  if (here.empty()) return;
+  std::array<std::vector<Eigen::Vector2d>, 6> moved;
+  for (int k = 0; k < 6; ++k) {
+    moved[static_cast<std::size_t>(k)] =
+        predicted(perturb(cam_from_world, step * Vector6::Unit(k)));
+    if (moved[static_cast<std::size_t>(k)].empty()) return;
+  }
+  std::size_t turn = 0;
+  double nearest = infinity;
+  for (std::size_t t = 0; t < corners; ++t) {
+    double squares = 0;
+    for (std::size_t i = 0; i < corners; ++i)
+      squares += (here[(i + t) % corners] - (blob.corners_px[i] - blob.centroid_px)).squaredNorm();
+    if (squares < nearest) nearest = squares, turn = t;
+  }
+  const double sigma_px = fit_px + (blob.saturated ? growth_px : 0);
+  const double side_px = square_over_axis * blob.ellipse.semi_major_px;
+  for (std::size_t i = 0; i + 1 < corners; ++i) {
+    const std::size_t j = (i + turn) % corners;
+    SeenLamp corner;
+    corner.residual_px = here[j] - (blob.corners_px[i] - blob.centroid_px);
+    corner.covariance_px2 = square(sigma_px) * Eigen::Matrix2d::Identity();
+    for (int k = 0; k < 6; ++k)
+      corner.by_pose.col(k) = (moved[static_cast<std::size_t>(k)][j] - here[j]) / step;
+    evidence.corners.push_back(corner);
+    evidence.log_appearance += 2 * std::log(side_px);
+  }
+}
+
 /// ln of the density ratio of a code: one false light in a hundred has a code, which is then that
 /// of any lamp.
 double log_code_ratio(const Lamp& lamp, const Blob& blob, std::size_t lamps) {
@@ -221,6 +279,7 @@ PoseEvidence evidence_of(const Refined& refined, const Hypothesis& hypothesis,
     lights.push_back(light);
     evidence.log_appearance += log_visible + log_code_ratio(lamp, blob, scene.lamps.size());
     add_shape(lamp, blob, cam_from_world, scene, growth_px, seen);
+    add_corners(lamp, blob, cam_from_world, scene.camera, evidence);
     evidence.lamps.push_back(seen);
   }
   evidence.log_appearance += log_light_ratio(lights, log_fluxes(blobs, is_lamp, scene));

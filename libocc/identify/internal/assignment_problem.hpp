@@ -22,9 +22,9 @@ namespace occ::internal::identify {
 struct BearingObservation {
   int blob = 0;                                      ///< index of the blob
   Eigen::Vector3d origin = Eigen::Vector3d::Zero();  ///< origin of the ray, camera frame [m]
-  double parallax_rad = 0;              ///< bound of the error when the origin is ignored
-  Eigen::Vector3d bearing;              ///< unit vector, camera frame
-  bool of_centre = false;  ///< true: of the lamp's centre; false: of the centroid of its image
+  double parallax_rad = 0;  ///< bound of the error when the origin is ignored
+  Eigen::Vector3d bearing;  ///< unit vector, camera frame
+  bool of_centre = false;   ///< true: of the lamp's centre; false: of the centroid of its image
   Eigen::Matrix<double, 2, 3> tangent;  ///< orthonormal rows perpendicular to the bearing
   Eigen::Vector3d axis;        ///< direction of depth: optical axis of a pinhole, else the bearing
   Eigen::Matrix2d covariance;  ///< covariance of e [rad^2], with the error of the camera model

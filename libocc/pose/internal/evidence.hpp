@@ -66,6 +66,9 @@ struct PriorPart {
 
 struct PoseEvidence {
   std::vector<SeenLamp> lamps;
+  /// Corners of these lamps, relative to their centroids. log_appearance contains their density if
+  /// the blobs are false lights.
+  std::vector<SeenLamp> corners;
   std::vector<PriorPart> prior;
   double image_px2 = 0;         ///< area in which blobs are found
   int blobs = 0;                ///< blobs that could be lamps

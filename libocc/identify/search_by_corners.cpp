@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: Apache-2.0
+// Poses from the corners of single rectangles. Four coplanar points determine up to two poses; a
+// rectangle is the same after half a turn, a square after a quarter, which gives up to eight.
+#include "libocc/identify/internal/search_by_corners.hpp"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "libocc/core/internal/dense.hpp"
+#include "libocc/core/math.hpp"
+#include "libocc/identify/internal/prior_gate.hpp"
+#include "libocc/pose/internal/point_fit.hpp"
+#include "libocc/pose/solvers/p3p.hpp"
+
+namespace occ::internal::identify {
+namespace {
+
+constexpr std::size_t corners = 4;
+using Points = Eigen::Matrix<double, 3, 4>;
+
+/// Corners relative to the lamp's centre, in the order of Blob::corners_px: clockwise in the image.
+Points corners_of(const Lamp& lamp) {
+  const Eigen::Vector3d a = 0.5 * lamp.size_m.x() * lamp.x_axis;
+  const Eigen::Vector3d b = 0.5 * lamp.size_m.y() * lamp.normal.cross(lamp.x_axis);
+  Points points;
+  points << a + b, a - b, -a - b, -a + b;
+  return points;
+}
+
+/// Observed directions of the corners with the square root of their information.
+struct SeenCorners {
+  Points bearings;
+  std::array<Eigen::Matrix<double, 2, 3>, corners> across;
+};
+
+std::optional<SeenCorners> seen_corners(const AssignmentProblem& problem, const Blob& blob) {
+  constexpr double fit_px = 0.3, growth_px = 3;  // of a corner; of a saturated rim
+  const double sigma_px =
+      std::hypot(fit_px, problem.options->model_sigma_px) + (blob.saturated ? growth_px : 0);
+  SeenCorners seen;
+  for (std::size_t i = 0; i < corners; ++i) {
+    Eigen::Matrix<double, 3, 2> by_pixel;
+    const auto bearing = problem.camera->unproject(blob.corners_px[i], &by_pixel);
+    if (!bearing) return std::nullopt;
+    const Eigen::Vector3d unit = bearing->normalized();
+    Eigen::Matrix<double, 2, 3> tangent;
+    tangent.row(0) = unit.unitOrthogonal().transpose();
+    tangent.row(1) = unit.cross(tangent.row(0).transpose()).transpose();
+    const Eigen::Matrix2d root = tangent * by_pixel * sigma_px / bearing->norm();
+    seen.bearings.col(static_cast<Eigen::Index>(i)) = unit;
+    seen.across[i] = root.inverse() * tangent;
+  }
+  return seen;
+}
+
+/// Poses, relative to the lamp's centre, at which the corners fit within the gate.
+std::vector<pose::PointFit> poses_of(const SeenCorners& seen, const Points& points, double gate2) {
+  constexpr double tolerance_rad = 0.1;  // as for three lamps, see search.cpp
+  constexpr int max_iterations = 20;
+  constexpr double settled = 1e-6, same = 1e-3;
+  const double size_m = points.col(0).norm();  // points in units of their size
+  pose::SeenPoints all;
+  for (Eigen::Index i = 0; i < points.cols(); ++i)
+    all.add(points.col(i) / size_m, seen.bearings.col(i), seen.across[static_cast<std::size_t>(i)]);
+  std::vector<pose::PointFit> found;
+  for (Eigen::Index left_out = 0; left_out < points.cols(); ++left_out) {
+    Eigen::Matrix3d bearings, three;
+    for (Eigen::Index i = 0, k = 0; i < points.cols(); ++i) {
+      if (i == left_out) continue;
+      bearings.col(k) = seen.bearings.col(i);
+      three.col(k++) = points.col(i) / size_m;
+    }
+    std::array<Rigid3, 4> starts;
+    const int count = p3p_within(bearings, three, tolerance_rad, starts);
+    for (int i = 0; i < count; ++i) {
+      const auto fit =
+          pose::fit_points(all, starts[static_cast<std::size_t>(i)], max_iterations, settled);
+      if (!(fit.equations.chi2 <= gate2)) continue;
+      const bool known = std::any_of(found.begin(), found.end(), [&](const pose::PointFit& other) {
+        return (other.pose.matrix() - fit.pose.matrix()).norm() < same;
+      });
+      if (!known) found.push_back(fit);
+    }
+  }
+  for (pose::PointFit& fit : found) fit.pose.translation *= size_m;
+  return found;
+}
+
+/// The pose in the local frame, with the covariance of the corners. The equations are for a
+/// rotation about the lamp's centre and a translation in units of its size.
+FittedPose to_local(const pose::PointFit& fit, const Eigen::Vector3d& centre, double size_m) {
+  FittedPose estimate;
+  estimate.pose.rotation = fit.pose.rotation;
+  estimate.pose.translation = fit.pose.translation - fit.pose.rotation * centre;
+  Vector6 unit;
+  unit << 1, 1, 1, size_m, size_m, size_m;
+  const Matrix6 about_centre =
+      unit.asDiagonal() * core::inverse(Matrix6(fit.equations.information)) * unit.asDiagonal();
+  // A rotation about the lamp's centre c is one about the camera and the translation c x rotation.
+  Matrix6 move = Matrix6::Identity();
+  const Eigen::Vector3d& c = fit.pose.translation;
+  move.bottomLeftCorner<3, 3>() << 0, -c.z(), c.y(), c.z(), 0, -c.x(), -c.y(), c.x(), 0;
+  estimate.covariance = move * about_centre * move.transpose();
+  estimate.chi2 = fit.equations.chi2;
+  return estimate;
+}
+
+}  // namespace
+
+std::vector<PoseHypothesis> corner_hypotheses(const AssignmentProblem& problem) {
+  std::vector<PoseHypothesis> found;
+  if (!problem.scene || !problem.camera->is_central()) return found;
+  // Chi-square of two redundant measurements, exceeded once in 10 000.
+  constexpr double max_chi2 = 18.4;
+  for (int s = 0; s < static_cast<int>(problem.observations.size()); ++s) {
+    const BearingObservation& observation = problem.observation(s);
+    const Blob& blob = (*problem.blobs)[static_cast<std::size_t>(observation.blob)];
+    if (!observation.of_centre) continue;
+    const std::optional<SeenCorners> seen = seen_corners(problem, blob);
+    if (!seen) continue;
+    for (const int t : observation.lamps) {
+      const Lamp& lamp = problem.scene->lamps[static_cast<std::size_t>(t)];
+      if (lamp.shape != LampShape::rectangle) continue;
+      const Points points = corners_of(lamp);
+      for (Eigen::Index turn = 0; turn < points.cols(); ++turn) {
+        Points turned;
+        for (Eigen::Index i = 0; i < points.cols(); ++i)
+          turned.col(i) = points.col((i + turn) % points.cols());
+        for (const pose::PointFit& fit : poses_of(*seen, turned, max_chi2)) {
+          const MapPoint& map_point = problem.map_point(t);
+          PoseHypothesis e;
+          e.estimate = to_local(fit, map_point.centre, points.col(0).norm());
+          if (!faces(map_point, e.estimate.pose.origin_in_source()) ||
+              prior_chi2(problem, e.estimate) > max_prior_chi2)
+            continue;
+          const Assignment one{Pair{s, t}, Pair{-1, -1}, Pair{-1, -1}};
+          e.pairs = one_to_one(additional_pairs(problem, e.estimate, one));
+          e.pairs.push_back(one[0]);
+          std::sort(e.pairs.begin(), e.pairs.end(),
+                    [](const Pair& a, const Pair& b) { return a.observation < b.observation; });
+          e.chi2 = e.estimate.chi2;
+          account_for_unpaired_lamps(problem, e);
+          found.push_back(std::move(e));
+        }
+      }
+    }
+  }
+  // Only the poses that match the most blobs: the others leave them unexplained.
+  std::size_t most = 0;
+  for (const PoseHypothesis& e : found) most = std::max(most, e.pairs.size());
+  found.erase(std::remove_if(found.begin(), found.end(),
+                             [&](const PoseHypothesis& e) { return e.pairs.size() < most; }),
+              found.end());
+  std::stable_sort(
+      found.begin(), found.end(),
+      [](const PoseHypothesis& a, const PoseHypothesis& b) { return a.chi2 < b.chi2; });
+  return found;
+}
+
+}  // namespace occ::internal::identify

@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: Apache-2.0
+// Rectangular luminaires and tubes: several of them, and a single one, whose corners give all
+// poses.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "libocc/core/math.hpp"
+#include "libocc/geometry/look_at.hpp"
+#include "libocc/locate/locate.hpp"
+#include "libocc/simulate/simulate.hpp"
+#include "tests/support/nees.hpp"
+#include "tests/support/support.hpp"
+
+namespace occ {
+namespace {
+
+Lamp rectangle(int id, const Eigen::Vector3d& centre_m, const Eigen::Vector2d& size_m) {
+  Lamp lamp;
+  lamp.id = id;
+  lamp.shape = LampShape::rectangle;
+  lamp.centre_m = centre_m;
+  lamp.size_m = size_m;
+  lamp.power_w = 60 * size_m.prod();
+  return lamp;
+}
+
+Scene room_of(const Eigen::Vector2d& size_m, const std::vector<Eigen::Vector3d>& centres_m) {
+  Scene scene;
+  scene.camera = Camera::pinhole(640, 480, 420, 420, 319.5, 239.5);
+  for (const Eigen::Vector3d& centre_m : centres_m)
+    scene.lamps.push_back(rectangle(static_cast<int>(scene.lamps.size()), centre_m, size_m));
+  scene.validate();
+  return scene;
+}
+
+/// A camera under the lamps, tilted by up to 14 degrees.
+Rigid3 random_view(Random& random, const Eigen::Vector3d& position_m, double reach_m) {
+  const Eigen::Vector3d at = position_m + Eigen::Vector3d(random.uniform(-reach_m, reach_m),
+                                                          random.uniform(-reach_m, reach_m), 0);
+  Rigid3 pose;
+  pose.rotation =
+      so3_exp(Eigen::Vector3d(0, 0, random.uniform(-pi, pi))) *
+      so3_exp(Eigen::Vector3d(random.uniform(-0.25, 0.25), random.uniform(-0.25, 0.25), 0));
+  pose.translation = -(pose.rotation * at);
+  return pose;
+}
+
+struct Run {
+  double nees = 0, worst_m = 0;
+  int images = 0, candidates = 0;
+};
+
+/// Errors of the candidate that is nearest to the truth.
+void add(const Fix& fix, const Rigid3& truth, Run& run) {
+  const Eigen::Vector3d position_m = truth.origin_in_source();
+  const Candidate* nearest = nullptr;
+  for (const Candidate& c : fix.candidates)
+    if (!nearest || (c.position_m - position_m).norm() < (nearest->position_m - position_m).norm())
+      nearest = &c;
+  ASSERT_NE(nearest, nullptr);
+  const Vector6 error = difference(nearest->cam_from_world, truth);
+  run.nees += error.dot(nearest->covariance.inverse() * error) / 6;
+  run.worst_m = std::max(run.worst_m, (nearest->position_m - position_m).norm());
+  ++run.images;
+  run.candidates += static_cast<int>(fix.candidates.size());
+}
+
+const std::vector<Eigen::Vector3d> irregular = {
+    {1, 1, 3}, {2.8, 1.2, 3}, {1.2, 2.9, 3}, {2.6, 2.7, 3}, {1.9, 1.9, 3}};
+
+TEST(LocateRectangles, PanelsAndTubesAreFoundWithTrueCovariances) {
+  for (const Eigen::Vector2d& size_m : {Eigen::Vector2d(0.6, 0.6), Eigen::Vector2d(0.7, 0.06)}) {
+    SCOPED_TRACE(size_m.transpose());
+    const Scene scene = room_of(size_m, irregular);
+    Random random(4);
+    Run run;
+    for (int trial = 0; trial < 40; ++trial) {
+      SimulateOptions simulation;
+      simulation.seed = static_cast<std::uint64_t>(trial);
+      const Rigid3 truth = random_view(random, {1.9, 1.9, 0}, 0.15);
+      const Rendered rendered = simulate(scene, truth, simulation);
+      const Result<Fix> fix = locate(rendered.image.view(), scene);
+      ASSERT_EQ(fix.status, Status::ok) << trial << ": " << fix.message;
+      add(*fix, truth, run);
+    }
+    EXPECT_LT(run.worst_m, 1e-3);
+    EXPECT_NEAR(run.nees / run.images, 1, 0.25);
+  }
+}
+
+TEST(LocateRectangles, OneGivesAllItsPoses) {
+  for (const auto& [size_m, poses] :
+       {std::pair{Eigen::Vector2d(0.6, 0.6), 4}, {Eigen::Vector2d(0.6, 0.3), 2}}) {
+    SCOPED_TRACE(size_m.transpose());
+    const Scene scene = room_of(size_m, {{2, 2, 3}});
+    Random random(7);
+    Run run;
+    for (int trial = 0; trial < 60; ++trial) {
+      SimulateOptions simulation;
+      simulation.seed = static_cast<std::uint64_t>(trial);
+      const Rigid3 truth = random_view(random, {2, 2, 0.5}, 0.4);
+      const Rendered rendered = simulate(scene, truth, simulation);
+      if (!rendered.lamps[0].whole) continue;
+      const Result<Fix> fix = locate(rendered.image.view(), scene);
+      ASSERT_EQ(fix.status, Status::ambiguous) << trial << ": " << fix.message;
+      EXPECT_EQ(fix->candidates.size(), static_cast<std::size_t>(poses)) << trial;
+      add(*fix, truth, run);
+
+      LocateOptions options;
+      options.prior.emplace();
+      options.prior->heading_rad = heading_rad(truth);
+      options.prior->heading_sigma_rad = 0.05;
+      const Result<Fix> by_heading = locate(rendered.image.view(), scene, options);
+      EXPECT_EQ(by_heading->candidates.size(), 1u) << trial;
+      EXPECT_EQ(by_heading.status, Status::ambiguous);  // a window of its shape fits as well
+      options.prior->height_m = 0.5;
+      EXPECT_EQ(locate(rendered.image.view(), scene, options).status, Status::ok) << trial;
+    }
+    EXPECT_GT(run.images, 30);
+    EXPECT_LT(run.worst_m, 0.01);
+    EXPECT_NEAR(run.nees / run.images, 1, 0.25);
+  }
+}
+
+// Another rectangle, larger and farther, as a window: its size contradicts the height.
+TEST(LocateRectangles, ARectangleOfAnotherSizeIsNotOkWhereTheHeightIsKnown) {
+  const Scene seen = room_of({0.7, 0.35}, {{2, 2, 3}}), map = room_of({0.6, 0.3}, {{2, 2, 3}});
+  Random random(9);
+  for (int trial = 0; trial < 20; ++trial) {
+    const Rigid3 truth = random_view(random, {2, 2, 0.5}, 0.3);
+    const Rendered rendered = simulate(seen, truth);
+    if (!rendered.lamps[0].whole) continue;
+    LocateOptions options;
+    options.prior.emplace();
+    options.prior->heading_rad = heading_rad(truth);
+    EXPECT_NE(locate(rendered.image.view(), map, options).status, Status::ok);
+    options.prior->height_m = 0.5;
+    EXPECT_NE(locate(rendered.image.view(), map, options).status, Status::ok);
+  }
+}
+
+}  // namespace
+}  // namespace occ
