@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "libocc/formation/light.hpp"
+#include "libocc/scene/internal/lamp_emission.hpp"
 
 namespace occ {
 namespace {
@@ -108,12 +109,19 @@ void apply_light(const Light& light, double electrons_per_irradiance, double psf
     }
 }
 
-// Radiance is proportional to cos^(m-1) of the emission angle. At a given pixel, only a rotation of
-// the lamp changes this angle.
+// Radiance is proportional to intensity over cosine of the emission angle, cos^(m-1) for a
+// Lambertian lamp. At a given pixel, only a rotation of the lamp changes the direction of emission:
+// a rotation w of the lamp is the rotation -w of the direction.
 Vector6 radiance_change(const Lamp& lamp, const Rigid3& cam_from_world) {
   const Eigen::Vector3d ray = (cam_from_world * lamp.centre_m).normalized();
   const Eigen::Vector3d normal = cam_from_world.rotation * lamp.normal;
   Vector6 change = Vector6::Zero();
+  if (lamp.photometry) {
+    const internal::scene::LampEmission emission(lamp, cam_from_world.rotation);
+    change.head<3>() =
+        -emission.log_gradient(-ray).cross(ray) - normal.cross(ray) / ray.dot(normal);
+    return change;
+  }
   change.head<3>() = (lamp.order() - 1) * normal.cross(ray) / ray.dot(normal);
   return change;
 }

@@ -13,6 +13,21 @@ double minmod(double a, double b) {
   return std::abs(a) < std::abs(b) ? a : b;
 }
 
+// Slope at node i of the polynomial through it and up to two neighbours on each side.
+double polynomial_slope(const std::vector<double>& at, const std::vector<double>& values,
+                        std::size_t i) {
+  const std::size_t first = i < 2 ? 0 : i - 2, last = std::min(i + 2, at.size() - 1);
+  double slope = 0;
+  for (std::size_t j = first; j <= last; ++j) {
+    if (j == i) continue;
+    double weight = 1 / (at[j] - at[i]);
+    for (std::size_t k = first; k <= last; ++k)
+      if (k != i && k != j) weight *= (at[i] - at[k]) / (at[j] - at[k]);
+    slope += weight * (values[j] - values[i]);
+  }
+  return slope;
+}
+
 // One cell of a grid axis, and the cubic Hermite basis in it: the weights of the values and slopes
 // at its ends, for the value and for the derivative.
 struct HermiteCell {
@@ -82,15 +97,14 @@ std::vector<double> limited_slopes(const std::vector<double>& at,
 
   for (std::size_t i = 1; i + 1 < n; ++i) {
     const double left = secants[i - 1], right = secants[i];
-    const double parabola = (left * steps[i] + right * steps[i - 1]) / (steps[i - 1] + steps[i]);
     const double from_left = left + minmod(second[i - 1], second[i]) * steps[i - 1];
     const double from_right = right - minmod(second[i], second[i + 1]) * steps[i];
     const double t = minmod(from_left, from_right);
     const double limit = std::max(3 * std::abs(minmod(left, right)), 1.5 * std::abs(t));
-    slopes[i] = minmod(parabola, std::copysign(limit, t));
+    slopes[i] = minmod(polynomial_slope(at, values, i), std::copysign(limit, t));
   }
-  slopes.front() = minmod(secants.front() - second.front() * steps.front(), 3 * secants.front());
-  slopes.back() = minmod(secants.back() + second.back() * steps.back(), 3 * secants.back());
+  slopes.front() = minmod(polynomial_slope(at, values, 0), 3 * secants.front());
+  slopes.back() = minmod(polynomial_slope(at, values, n - 1), 3 * secants.back());
   return slopes;
 }
 

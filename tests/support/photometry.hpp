@@ -4,11 +4,13 @@
 
 #include <cmath>
 #include <functional>
+#include <memory>
 #include <sstream>
 #include <string>
 #include <vector>
 
 #include "libocc/core/math.hpp"
+#include "libocc/radiometry/emission_profile.hpp"
 
 namespace occ::test {
 
@@ -56,6 +58,28 @@ inline double batwing(double gamma, double c) {
   const double s = std::sin(gamma);
   return 500 * std::cos(gamma) *
          (1 + 2.5 * s * s * (1 - 0.4 * std::cos(2 * c)) + 0.3 * s * std::cos(c));
+}
+
+/// A profile of a closed form, tabulated at steps of gamma and C.
+inline std::shared_ptr<const EmissionProfile> profile_of(const Intensity& intensity,
+                                                         double gamma_step, double c_step,
+                                                         const std::string& opening =
+                                                             "-0.17 -0.17 "
+                                                             "0") {
+  const std::vector<double> c = c_step > 0 ? steps_deg(c_step, 360) : std::vector<double>{0};
+  return std::make_shared<const EmissionProfile>(
+      parse_photometry(lm63_text(intensity, steps_deg(gamma_step, 90), c, opening)));
+}
+
+/// Integral of the batwing over the hemisphere [lm].
+inline double batwing_flux() {
+  // The integral of cos sin over gamma is 1/2, that of sin^3 cos is 1/4; the terms of C vanish.
+  return 500 * 2 * pi * (0.5 + 2.5 * 0.25);
+}
+
+/// Unit vector in the lamp's frame.
+inline Eigen::Vector3d direction_of(double gamma, double c) {
+  return {std::sin(gamma) * std::cos(c), std::sin(gamma) * std::sin(c), std::cos(gamma)};
 }
 
 }  // namespace occ::test

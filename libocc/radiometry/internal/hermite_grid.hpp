@@ -2,10 +2,10 @@
 // Interpolates values on a rectangular grid by bicubic Hermite polynomials. Value and first
 // derivatives are continuous.
 //
-// The slopes at the nodes are those of the parabola through three neighbours, limited as in Huynh,
-// "Accurate monotone cubic interpolation", SIAM J. Numer. Anal. 30(1) 1993, scheme M3: monotone
-// data give a monotone curve in each row and column, and smooth maxima keep the third order of
-// accuracy. Values are not negative, and neither are the curves along rows and columns.
+// The slopes at the nodes are those of the polynomial through five neighbours (three at the ends),
+// limited as in Huynh, "Accurate monotone cubic interpolation", SIAM J. Numer. Anal. 30(1) 1993:
+// monotone data give a monotone curve in each row and column, and smooth maxima are not clipped.
+// Values are not negative, and neither are the curves along rows and columns.
 #pragma once
 
 #include <Eigen/Core>
