@@ -151,7 +151,7 @@ EmissionProfile::EmissionProfile(PhotometricDistribution distribution)
     require(false, "vertical_rad",
             std::to_string(vertical.front()) + " to " + std::to_string(vertical.back()),
             "from 0 to at least pi/2: gamma = 0 is the lamp's normal");
-  auto grid = std::make_unique<Grid>();
+  auto grid = std::make_shared<Grid>();
   set_rows(distribution_, *grid);
   const auto pole = static_cast<Eigen::Index>(grid->x.size() - vertical.size());
   set_columns(distribution_.horizontal_rad, *grid);
@@ -168,8 +168,6 @@ EmissionProfile::EmissionProfile(PhotometricDistribution distribution)
   equivalent_order_ = std::max(min_order, (2 * mean_cosine - 1) / (1 - mean_cosine));
   grid_ = std::move(grid);
 }
-
-EmissionProfile::~EmissionProfile() = default;
 
 double EmissionProfile::density(const Eigen::Vector3d& direction, Eigen::Vector3d* gradient) const {
   if (gradient) gradient->setZero();

@@ -22,15 +22,12 @@
 
 namespace occ {
 
-/// Emission of a lamp as a function of the direction. Immutable, so copies of a lamp share it.
+/// Emission of a lamp as a function of the direction. Immutable, so copies share the table.
 class LIBOCC_API EmissionProfile {
  public:
   /// Throws std::invalid_argument as PhotometricDistribution::validate() does, and for a
   /// distribution without light at gamma < 90 degrees.
   explicit EmissionProfile(PhotometricDistribution distribution);
-  EmissionProfile(const EmissionProfile&) = delete;
-  EmissionProfile& operator=(const EmissionProfile&) = delete;
-  ~EmissionProfile();
 
   /// f [1/sr] along a unit vector with coordinates along (x_axis, x_axis x normal, normal); 0 for
   /// directions behind the lamp's plane. `gradient`: derivative by the direction, perpendicular to
@@ -50,7 +47,7 @@ class LIBOCC_API EmissionProfile {
  private:
   struct Grid;
   PhotometricDistribution distribution_;
-  std::unique_ptr<const Grid> grid_;
+  std::shared_ptr<const Grid> grid_;
   double equivalent_order_ = 1;
 };
 

@@ -10,6 +10,7 @@
 
 #include "libocc/formation/light.hpp"
 #include "libocc/radiometry/lambertian.hpp"
+#include "libocc/scene/internal/lamp_emission.hpp"
 #include "libocc/simulate/internal/bounds.hpp"
 #include "libocc/simulate/internal/lamp_image.hpp"
 #include "libocc/simulate/internal/mosaic.hpp"
@@ -64,8 +65,8 @@ double max_electrons(const Lamp& lamp, const SceneView& view, double s2) {
                        off_centre * max_pixel_factor(view.scene, lamp.colour);
   if (lamp.shape == LampShape::point) return whole;
   const Eigen::Vector3d to_camera = view.cam_from_world.origin_in_source() - lamp.centre_m;
-  const double light =
-      radiance(lamp.power_w, lamp.order(), lamp.area_m2(), to_camera.normalized().dot(lamp.normal));
+  const double light = internal::scene::LampEmission(lamp).radiance(
+      lamp.power_w, lamp.area_m2(), to_camera, to_camera.normalized().dot(lamp.normal));
   const double covered =
       (sensor.electrons(sensor_irradiance(light, sensor.f_number, 1)) - sensor.electrons(0)) *
       max_pixel_factor(view.scene, lamp.colour);
