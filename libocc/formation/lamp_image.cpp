@@ -47,10 +47,15 @@ class Light {
         complete = complete && at[j][i] > 0;
       }
     values_.resize(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_));
-    if (complete)
+    // A measured emission varies on the scale of the angles of its table.
+    constexpr double max_node_distance_rad = 0.02;
+    const double focal_px = std::min(camera.fx_px(), camera.fy_px());
+    const bool smooth =
+        !lamp.photometry || std::max(right, down) <= max_node_distance_rad * focal_px;
+    if (complete && smooth)
       interpolate(at);
     else
-      evaluate(lamp, cam_from_world, camera, sensor, patch);
+      evaluate(lamp, cam_from_world, camera, irradiance, patch);
   }
 
   // Irradiance at pixel (x, y) of the patch; its neighbours are at +-1 and +-width().
@@ -73,14 +78,14 @@ class Light {
   // Without interpolation, for patches with nodes that do not see the lit side. Such pixels receive
   // the irradiance at the lamp's centre.
   void evaluate(const Lamp& lamp, const Rigid3& cam_from_world, const Camera& camera,
-                const Sensor& sensor, const Patch& patch) {
+                const LampIrradiance& irradiance, const Patch& patch) {
     const auto centre = camera.project(cam_from_world * lamp.centre_m);
-    const double there = centre ? irradiance_at(lamp, cam_from_world, camera, sensor, *centre) : 0;
+    const double there = centre ? irradiance.at(*centre) : 0;
     double* out = values_.data();
     for (int y = -1; y <= patch.height; ++y)
       for (int x = -1; x <= patch.width; ++x) {
         const Eigen::Vector2d px(patch.x0 + x, patch.y0 + y);
-        const double here = irradiance_at(lamp, cam_from_world, camera, sensor, px);
+        const double here = irradiance.at(px);
         *out++ = here > 0 ? here : there;
       }
   }

@@ -33,11 +33,9 @@ LampIrradiance::LampIrradiance(const Lamp& lamp, const Rigid3& cam_from_world, c
       area_m2_(lamp.area_m2()),
       per_radiance_(aperture_m2(camera, sensor) / (sensor.pixel_pitch_m * sensor.pixel_pitch_m)),
       measured_(lamp.photometry
-                    ? std::make_unique<const LampEmission>(lamp, cam_from_world.rotation)
+                    ? std::make_shared<const LampEmission>(lamp, cam_from_world.rotation)
                     : nullptr),
       shines_((cam_from_world * lamp.centre_m).dot(normal_) < 0) {}
-
-LampIrradiance::~LampIrradiance() = default;
 
 double LampIrradiance::at(const Eigen::Vector2d& px) const {
   if (!shines_) return 0;

@@ -41,7 +41,6 @@ class LIBOCC_API LampIrradiance {
   /// Computes what is common to all pixels.
   LampIrradiance(const Lamp& lamp, const Rigid3& cam_from_world, const Camera& camera,
                  const Sensor& sensor);
-  ~LampIrradiance();
   /// Irradiance [W/m^2] at a pixel; throws for a point lamp, as irradiance_at() does.
   double at(const Eigen::Vector2d& px) const;
 
@@ -50,7 +49,7 @@ class LIBOCC_API LampIrradiance {
   const Camera& camera_;
   Eigen::Vector3d normal_;  // in the camera's frame
   double order_, area_m2_, per_radiance_;
-  std::unique_ptr<const internal::scene::LampEmission> measured_;  // none for a Lambertian lamp
+  std::shared_ptr<const internal::scene::LampEmission> measured_;  // none for a Lambertian lamp
   bool shines_;  // the camera is on the lit side of the lamp's plane
 };
 

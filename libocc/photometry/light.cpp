@@ -203,10 +203,6 @@ FluxObservations observe(const Scene& scene, const Scene& rendered,
       const bool unobstructed =
           visible_part(lamps[l], rendered.boxes, cam_from_world[i].origin_in_source()).share == 1;
       flux.use = centres[l] && !unobstructed ? FluxUse::hidden : blob.use;
-      // A measured emission may be dark in this direction.
-      if (flux.use == FluxUse::used && lamps[l].photometry &&
-          !(lamp_electrons(lamps[l], cam_from_world[i], rendered.camera, rendered.sensor) > 0))
-        flux.use = FluxUse::out_of_view;
       if (flux.use == FluxUse::used)
         observations.equations[l].push_back(equation_of(lamps[l], *blob.blob, cam_from_world[i],
                                                         rendered, options.model_sigma, flux));

@@ -160,7 +160,9 @@ EmissionProfile::EmissionProfile(PhotometricDistribution distribution)
 
   const Eigen::Vector2d integrals =
       hemisphere_integrals(*grid, distribution_.horizontal_rad.size());
-  require(integrals.x() > 0, "intensities_cd", 0, "above zero for a gamma below 90 degrees");
+  // Values that differ by many orders of magnitude between close angles overflow.
+  require(integrals.x() > 0 && integrals.allFinite(), "intensities_cd", integrals.x(),
+          "finite and above zero for a gamma below 90 degrees");
   for (Eigen::MatrixXd* table : {&grid->f, &grid->f_x, &grid->f_y, &grid->f_xy})
     *table /= integrals.x();
   const double mean_cosine = integrals.y() / integrals.x();

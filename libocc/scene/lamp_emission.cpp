@@ -37,8 +37,12 @@ double LampEmission::radiance(double power_w, double area_m2, const Eigen::Vecto
                               double cos_emission) const {
   if (!profile_) return occ::radiance(power_w, order_, area_m2, cos_emission);
   if (!(area_m2 > 0)) require(false, "area_m2", area_m2, "positive");
+  if (!(cos_emission > 0)) return 0;
   constexpr double grazing_cos = 0.01;  // as for Lambertian lamps of order below 1
-  return intensity(power_w, direction, cos_emission) /
+  // Zero stands for a ray that does not meet the lit side, so a dark direction has a radiance that
+  // no sensor detects.
+  constexpr double dark_share = 1e-12;
+  return std::max(intensity(power_w, direction, cos_emission), dark_share * power_w) /
          (area_m2 * std::max(cos_emission, grazing_cos));
 }
 

@@ -89,15 +89,15 @@ std::string code_text(const LampCode& lamp_code) {
   return "{" + text.substr(0, text.size() - 2) + "}";
 }
 
-// Mapping in braces with the file of the photometry, relative to `folder` unless that is empty.
+// Mapping in braces with the file of the photometry: relative to `folder`, or with its absolute
+// path if `folder` is empty, since the text may be read from another working directory.
 std::string photometry_text(const Lamp& lamp, const std::filesystem::path& folder) {
   const std::string& file = lamp.photometry->distribution().file;
   if (file.empty())
     require(false, "lamp " + std::to_string(lamp.id) + ": photometry", "a distribution without",
             "from a file: a scene stores its name");
-  std::filesystem::path path = file;
-  if (!folder.empty())
-    path = std::filesystem::absolute(path).lexically_proximate(std::filesystem::absolute(folder));
+  std::filesystem::path path = std::filesystem::absolute(file).lexically_normal();
+  if (!folder.empty()) path = path.lexically_proximate(folder);
   return "{file: " + quoted(path.string()) + "}";
 }
 
@@ -115,7 +115,7 @@ void write_lamp(Lamp lamp, const std::filesystem::path& folder, std::string& out
   });
 }
 
-// folder: files are named relative to it; empty: as they were read.
+// folder: absolute path of the folder that files are named relative to, or empty.
 std::string scene_text(const Scene& scene, const std::filesystem::path& folder) {
   Scene checked = scene;
   checked.validate();
@@ -145,7 +145,8 @@ std::string scene_text(const Scene& scene, const std::filesystem::path& folder) 
 std::string format_scene(const Scene& scene) { return scene_text(scene, {}); }
 
 void write_scene(const std::string& path, const Scene& scene) {
-  const std::filesystem::path folder = std::filesystem::absolute(path).parent_path();
+  const std::filesystem::path folder =
+      std::filesystem::absolute(path).lexically_normal().parent_path();
   const std::string text = scene_text(scene, folder);
   write_file(path, text.data(), text.size());
 }

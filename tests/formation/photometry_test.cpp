@@ -124,6 +124,54 @@ TEST(Photometry, RenderedFluxAndItsDerivative) {
   }
 }
 
+// A disc of 45 degrees across in the image; pixels inside it have the closed form's irradiance.
+TEST(Photometry, PixelsOfALargeLampFollowTheTable) {
+  const Camera camera = test::vga_camera();
+  const Sensor sensor;
+  Lamp lamp = lamp_of(test::profile_of(test::batwing, 5, 10), {0, 0, -1});
+  lamp.centre_m = {0.3, 0, 1};
+  lamp.radius_m = 0.4;
+  LampImage image;
+  const PixelPsf psf(0.8);
+  ASSERT_TRUE(render_lamp(lamp, Rigid3{}, camera, sensor, psf, 0.8, image));
+  const double e_per_irradiance = sensor.electrons(1) - sensor.electrons(0);
+  double worst = 0;
+  int inside = 0;
+  for (int y = 0; y < image.height(); y += 3)
+    for (int x = 0; x < image.width(); x += 3) {
+      const auto i = static_cast<std::size_t>(y * image.width() + x);
+      if (image.coverage.moments.c.values[i] < 1 - 1e-9) continue;
+      ++inside;
+      const Eigen::Vector2d px(image.x0() + x, image.y0() + y);
+      const double expected = e_per_irradiance * irradiance_at(lamp, Rigid3{}, camera, sensor, px);
+      worst = std::max(worst, std::abs(image.electrons[i] / expected - 1));
+    }
+  EXPECT_GT(inside, 1000);
+  EXPECT_LT(worst, 3e-4);
+}
+
+// Directions without light are dark in the image, although the lit side is visible.
+TEST(Photometry, DarkDirectionsAreDark) {
+  const Camera camera = test::vga_camera();
+  Lamp lamp =
+      lamp_of(test::profile_of([](double gamma, double) { return gamma > 0.3 ? 0 : 1; }, 2.5, 0),
+              {0, 0, -1});
+  lamp.centre_m = {0.3, 0, 1};
+  lamp.radius_m = 0.4;
+  LampImage image;
+  ASSERT_TRUE(render_lamp(lamp, Rigid3{}, camera, Sensor{}, PixelPsf(0.8), 0.8, image));
+  const Eigen::Vector2d lit = *camera.project({0.1, 0, 1}), dark = *camera.project({0.6, 0, 1});
+  const auto at = [&](const Eigen::Vector2d& px) {
+    const int x = static_cast<int>(px.x()) - image.x0(), y = static_cast<int>(px.y()) - image.y0();
+    return image.electrons[static_cast<std::size_t>(y * image.width() + x)];
+  };
+  EXPECT_GT(at(lit), 100);
+  EXPECT_LT(at(dark), 1e-3);
+  Lamp aside = lamp;
+  aside.centre_m = {1, 0, 1};
+  EXPECT_EQ(lamp_electrons(aside, Rigid3{}, camera, Sensor{}), 0);
+}
+
 TEST(Photometry, ALambertianLampKeepsItsAxisAndAMeasuredOneItsGivenAxis) {
   Lamp lamp = test::disc_lamp(0, {0, 0, 1.5}, 0.085);
   lamp.x_axis = {0, 1, 0};

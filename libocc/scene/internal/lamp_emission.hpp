@@ -25,8 +25,9 @@ class LampEmission {
     return cos_emission > 0 ? power_w * density(direction) : 0;
   }
 
-  /// Radiance [W/(m^2 sr)] of a flat source of `power_w`. With photometry, cosines below 0.01 are
-  /// replaced by 0.01, where measured light at 90 degrees would give an infinite radiance.
+  /// Radiance [W/(m^2 sr)] of a flat source of `power_w`; 0 only behind its plane. With photometry,
+  /// cosines below 0.01 are replaced by 0.01, where measured light at 90 degrees would give an
+  /// infinite radiance.
   double radiance(double power_w, double area_m2, const Eigen::Vector3d& direction,
                   double cos_emission) const;
 
