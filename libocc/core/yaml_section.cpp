@@ -60,6 +60,11 @@ YamlSection::YamlSection(std::shared_ptr<const YamlNode> node, int line, std::st
 
 bool YamlSection::has(const std::string& key) const { return node_->find(key) != nullptr; }
 
+bool YamlSection::is_mapping(const std::string& key) const {
+  const YamlNode::Entry* entry = node_->find(key);
+  return entry && entry->value->kind == YamlNode::Kind::mapping;
+}
+
 const YamlNode* YamlSection::take(const std::string& key) {
   known_.push_back(key);
   const YamlNode::Entry* entry = node_->find(key);

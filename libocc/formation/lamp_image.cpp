@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "libocc/formation/light.hpp"
+#include "libocc/scene/internal/lamp_emission.hpp"
 
 namespace occ {
 namespace {
@@ -46,10 +47,15 @@ class Light {
         complete = complete && at[j][i] > 0;
       }
     values_.resize(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_));
-    if (complete)
+    // A measured emission varies on the scale of the angles of its table.
+    constexpr double max_node_distance_rad = 0.02;
+    const double focal_px = std::min(camera.fx_px(), camera.fy_px());
+    const bool smooth =
+        !lamp.photometry || std::max(right, down) <= max_node_distance_rad * focal_px;
+    if (complete && smooth)
       interpolate(at);
     else
-      evaluate(lamp, cam_from_world, camera, sensor, patch);
+      evaluate(lamp, cam_from_world, camera, irradiance, patch);
   }
 
   // Irradiance at pixel (x, y) of the patch; its neighbours are at +-1 and +-width().
@@ -72,14 +78,14 @@ class Light {
   // Without interpolation, for patches with nodes that do not see the lit side. Such pixels receive
   // the irradiance at the lamp's centre.
   void evaluate(const Lamp& lamp, const Rigid3& cam_from_world, const Camera& camera,
-                const Sensor& sensor, const Patch& patch) {
+                const LampIrradiance& irradiance, const Patch& patch) {
     const auto centre = camera.project(cam_from_world * lamp.centre_m);
-    const double there = centre ? irradiance_at(lamp, cam_from_world, camera, sensor, *centre) : 0;
+    const double there = centre ? irradiance.at(*centre) : 0;
     double* out = values_.data();
     for (int y = -1; y <= patch.height; ++y)
       for (int x = -1; x <= patch.width; ++x) {
         const Eigen::Vector2d px(patch.x0 + x, patch.y0 + y);
-        const double here = irradiance_at(lamp, cam_from_world, camera, sensor, px);
+        const double here = irradiance.at(px);
         *out++ = here > 0 ? here : there;
       }
   }
@@ -108,12 +114,19 @@ void apply_light(const Light& light, double electrons_per_irradiance, double psf
     }
 }
 
-// Radiance is proportional to cos^(m-1) of the emission angle. At a given pixel, only a rotation of
-// the lamp changes this angle.
+// Radiance is proportional to intensity over cosine of the emission angle, cos^(m-1) for a
+// Lambertian lamp. At a given pixel, only a rotation of the lamp changes the direction of emission:
+// a rotation w of the lamp is the rotation -w of the direction.
 Vector6 radiance_change(const Lamp& lamp, const Rigid3& cam_from_world) {
   const Eigen::Vector3d ray = (cam_from_world * lamp.centre_m).normalized();
   const Eigen::Vector3d normal = cam_from_world.rotation * lamp.normal;
   Vector6 change = Vector6::Zero();
+  if (lamp.photometry) {
+    const internal::scene::LampEmission emission(lamp, cam_from_world.rotation);
+    change.head<3>() =
+        -emission.log_gradient(-ray).cross(ray) - normal.cross(ray) / ray.dot(normal);
+    return change;
+  }
   change.head<3>() = (lamp.order() - 1) * normal.cross(ray) / ray.dot(normal);
   return change;
 }

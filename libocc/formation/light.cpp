@@ -4,8 +4,11 @@
 #include <Eigen/Geometry>
 
 #include "libocc/radiometry/lambertian.hpp"
+#include "libocc/scene/internal/lamp_emission.hpp"
 
 namespace occ {
+
+using internal::scene::LampEmission;
 
 double aperture_m2(const Camera& camera, const Sensor& sensor) {
   constexpr double quarter_pi = 0.7853981633974483;
@@ -29,6 +32,9 @@ LampIrradiance::LampIrradiance(const Lamp& lamp, const Rigid3& cam_from_world, c
       order_(lamp.order()),
       area_m2_(lamp.area_m2()),
       per_radiance_(aperture_m2(camera, sensor) / (sensor.pixel_pitch_m * sensor.pixel_pitch_m)),
+      measured_(lamp.photometry
+                    ? std::make_shared<const LampEmission>(lamp, cam_from_world.rotation)
+                    : nullptr),
       shines_((cam_from_world * lamp.centre_m).dot(normal_) < 0) {}
 
 double LampIrradiance::at(const Eigen::Vector2d& px) const {
@@ -36,7 +42,9 @@ double LampIrradiance::at(const Eigen::Vector2d& px) const {
   Eigen::Matrix<double, 3, 2> jacobian;
   const auto bearing = camera_.unproject(px, &jacobian);
   if (!bearing) return 0;
-  const double l = radiance(lamp_.power_w, order_, area_m2_, -bearing->dot(normal_));
+  const double cos_emission = -bearing->dot(normal_);
+  const double l = measured_ ? measured_->radiance(lamp_.power_w, area_m2_, -*bearing, cos_emission)
+                             : radiance(lamp_.power_w, order_, area_m2_, cos_emission);
   return l * per_radiance_ * camera_.depth_m(*bearing) *
          jacobian.col(0).cross(jacobian.col(1)).norm();
 }
@@ -71,15 +79,23 @@ double lamp_electrons(const Lamp& lamp, const Rigid3& cam_from_world, const Came
   const double depth = camera.depth_m(centre, &by_centre);
   if (!(height > 0 && depth > 0)) return 0;
 
-  const double distance = centre.norm(), order = lamp.order();
-  const double power_w = aperture_power(lamp.power_w, order, height / distance, depth / distance,
-                                        distance, aperture_m2(camera, sensor));
-  if (log_jacobian) {
-    // ln P = m ln(height) + ln(depth) - (m + 3) ln(distance) + constant; a rotation changes only
-    // the depth.
+  const double distance = centre.norm();
+  const LampEmission emission(lamp, cam_from_world.rotation);
+  const double power_w =
+      emission.aperture_power(lamp.power_w, -centre, height / distance, depth / distance, distance,
+                              aperture_m2(camera, sensor));
+  if (log_jacobian && (power_w > 0 || !emission.has_profile())) {
+    // ln P = ln I + ln(depth) - 3 ln(distance) + constant, and for a Lambertian lamp
+    // ln I = m ln(height) - m ln(distance) + constant; a rotation changes only the depth.
     const Eigen::Vector3d by_rotation = centre.cross(by_centre) / depth;
-    const Eigen::Vector3d by_translation =
-        -order / height * normal + by_centre / depth - (order + 3) / (distance * distance) * centre;
+    const double order = emission.order();
+    Eigen::Vector3d by_translation;
+    if (emission.has_profile())
+      by_translation = -emission.log_gradient(-centre / distance) / distance + by_centre / depth -
+                       3 / (distance * distance) * centre;
+    else
+      by_translation = -order / height * normal + by_centre / depth -
+                       (order + 3) / (distance * distance) * centre;
     *log_jacobian << by_rotation.transpose(), by_translation.transpose();
   }
   const double pixel_m2 = sensor.pixel_pitch_m * sensor.pixel_pitch_m;

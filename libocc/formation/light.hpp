@@ -9,16 +9,21 @@
 // dOmega/dS is the solid angle seen by a unit of sensor area. For a pinhole it is cos^3(psi)/f^2,
 // and E becomes pi/4 / N^2 cos^4(psi) L (radiometry/lambertian.hpp, which also defines L, I, phi,
 // psi, N). A lens with distortion spreads the same light over another area, so the sum of E over
-// the image is P for every camera.
+// the image is P for every camera. With Lamp::photometry, I is P f(theta, C)
+// (radiometry/emission_profile.hpp) and L is I / (S cos(phi)).
 #pragma once
 
 #include <Eigen/Core>
+#include <memory>
 
 #include "libocc/core/abi.hpp"
 #include "libocc/geometry/rigid.hpp"
 #include "libocc/scene/scene.hpp"
 
 namespace occ {
+namespace internal::scene {
+class LampEmission;
+}
 
 /// Area A of the lens opening [m^2].
 LIBOCC_API double aperture_m2(const Camera& camera, const Sensor& sensor);
@@ -44,6 +49,7 @@ class LIBOCC_API LampIrradiance {
   const Camera& camera_;
   Eigen::Vector3d normal_;  // in the camera's frame
   double order_, area_m2_, per_radiance_;
+  std::shared_ptr<const internal::scene::LampEmission> measured_;  // none for a Lambertian lamp
   bool shines_;  // the camera is on the lit side of the lamp's plane
 };
 

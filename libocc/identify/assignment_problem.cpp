@@ -41,6 +41,7 @@ MapPoint to_map_point(const Lamp& lamp) {
   map_point.power_w = lamp.power_w;
   map_point.power_sigma = lamp.power_sigma;
   map_point.order = lamp.order();
+  if (lamp.photometry) map_point.measured = std::make_shared<const scene::LampEmission>(lamp);
   map_point.steady = !lamp.frequency_hz;
   return map_point;
 }

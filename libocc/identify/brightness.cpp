@@ -37,8 +37,11 @@ std::optional<Residual> flux_residual(const AssignmentProblem& problem, const Pa
   const Eigen::Vector3d point = pose * t.centre;
   const double distance = point.norm();
   const double cos_emission = -(pose.rotation * t.normal).dot(point) / distance;
-  const double light = aperture_power(t.power_w, t.order, cos_emission,
-                                      problem.camera->depth_m(point) / distance, distance, 1);
+  const double cos_incidence = problem.camera->depth_m(point) / distance;
+  const double light =
+      t.measured ? t.measured->aperture_power(t.power_w, -(pose.rotation.transpose() * point),
+                                              cos_emission, cos_incidence, distance, 1)
+                 : aperture_power(t.power_w, t.order, cos_emission, cos_incidence, distance, 1);
   if (!(light > 0)) return std::nullopt;
   const double model = problem.options->light_sigma;
   return Residual{

@@ -88,7 +88,8 @@ std::string describe_angles(const LampLight& light) {
 }
 
 /// Equation of one flux: observed flux over the flux of the scene's power without the factor
-/// (m + 1) cos^m(phi).
+/// (m + 1) cos^m(phi). For a lamp with photometry this factor stands for its emission: it cancels,
+/// since the order is held.
 FluxEquation equation_of(const Lamp& lamp, const Blob& blob, const Rigid3& pose, const Scene& scene,
                          double model_sigma, LampFlux& flux) {
   const Eigen::Vector3d centre = pose * lamp.centre_m;
@@ -130,10 +131,14 @@ struct Group {
 LightFit fit_group(const Scene& scene, const Group& group, const LightOptions& options,
                    std::vector<LampLight>& lights) {
   Eigen::VectorXd orders(static_cast<Eigen::Index>(group.lamps.size()));
-  for (std::size_t i = 0; i < group.lamps.size(); ++i)
-    orders[static_cast<Eigen::Index>(i)] = scene.lamps[group.lamps[i]].order();
-  const LightFit fit =
-      fit_light(group.equations, orders, FitLimits{options.huber_sigma, options.max_order_sigma});
+  std::vector<bool> held_orders;
+  for (std::size_t i = 0; i < group.lamps.size(); ++i) {
+    const Lamp& lamp = scene.lamps[group.lamps[i]];
+    orders[static_cast<Eigen::Index>(i)] = lamp.order();
+    held_orders.push_back(lamp.photometry != nullptr);
+  }
+  const LightFit fit = fit_light(group.equations, orders, held_orders,
+                                 FitLimits{options.huber_sigma, options.max_order_sigma});
   auto equation = group.equations.begin();
   for (std::size_t i = 0; i < group.lamps.size(); ++i) {
     const auto order = static_cast<Eigen::Index>(i);
@@ -148,7 +153,7 @@ LightFit fit_group(const Scene& scene, const Group& group, const LightOptions& o
     light.variance_factor = fit.variance_factor;
     for (LampFlux& flux : light.fluxes)
       if (flux.use == FluxUse::used) flux.residual = fit.residual(*equation++);
-    set_status(fit, fit.determined[i], light);
+    set_status(fit, fit.determined[i] || held_orders[i], light);
   }
   return fit;
 }
@@ -243,7 +248,7 @@ bool update_scene(CalibratedLight& result) {
     const LampLight& light = result.lamps[l];
     Lamp& lamp = result.scene.lamps[l];
     const bool ok = light.status == Status::ok;
-    if (ok) lamp.half_power_rad = std::acos(std::exp2(-1 / light.order));
+    if (ok && !lamp.photometry) lamp.half_power_rad = std::acos(std::exp2(-1 / light.order));
     if (!ok && !result.factor) continue;
     lamp.power_w = light.power_w;
     lamp.power_sigma = std::sqrt(light.covariance(0, 0));

@@ -8,8 +8,9 @@
 // which is proportional to (m + 1) / (2 pi) cos^m(phi) / d^2). The unknowns are (ln P, m) of each
 // lamp separately, or a common factor of all powers of the scene and the orders. The fluxes
 // determine only the product of power and factor, so one of them is held. Gauss-Newton steps with
-// Huber's weights. The variance of a flux is that of the blob plus `model_sigma` squared, the error
-// of the flux model. Effects that the scene switches off are not modelled (Scene::as_rendered).
+// Huber's weights. The emission of a lamp with photometry is held, so only its power is unknown.
+// The variance of a flux is that of the blob plus `model_sigma` squared, the error of the flux
+// model. Effects that the scene switches off are not modelled (Scene::as_rendered).
 #pragma once
 
 #include <Eigen/Core>
@@ -81,7 +82,7 @@ struct LampLight {
   Status status = Status::ok;
   std::string message;  ///< reason if not ok
   double power_w = 0;   ///< radiant power while lit
-  double order = 1;     ///< Lambertian order m
+  double order = 1;     ///< Lambertian order m; with photometry Lamp::order(), which is held
   /// Covariance of (ln power, order); includes variance_factor.
   Eigen::Matrix2d covariance = unknown_covariance<2>();
   double chi2 = 0;  ///< robust; chi2 to variance_factor: of this lamp's fit, or of the common fit

@@ -169,13 +169,14 @@ double LightFit::residual(const FluxEquation& e) const {
 }
 
 LightFit fit_light(const std::vector<FluxEquation>& equations, const Eigen::VectorXd& orders,
-                   const FitLimits& limits) {
+                   const std::vector<bool>& held_orders, const FitLimits& limits) {
   constexpr std::size_t fewest = 3;
   std::vector<std::size_t> counts(static_cast<std::size_t>(orders.size()));
   for (const FluxEquation& e : equations) ++counts[e.lamp];
   LightFit start;
   start.orders = orders;
-  for (const std::size_t count : counts) start.determined.push_back(count >= fewest);
+  for (std::size_t i = 0; i < counts.size(); ++i)
+    start.determined.push_back(counts[i] >= fewest && !held_orders[i]);
   for (;;) {
     LightFit fit = start;
     const bool converged = descend(equations, limits.huber_sigma, fit);

@@ -72,9 +72,12 @@ LampPixels::LampPixels(const LampObservation& lamp, const Scene& scene,
       psf_(psf),
       scratch_(scratch),
       rendered_(*lamp.lamp),
-      order_(lamp.lamp->order()),
-      order_sigma_(lamp.window.empty() ? exact_sigma : trusted_order_sigma * std::max(1.0, order_)),
-      free_order_sigma_(free_order_sigma * std::max(1.0, order_)) {}
+      order_(lamp.lamp->photometry ? 1 : lamp.lamp->order()),
+      order_sigma_(lamp.window.empty() || lamp.lamp->photometry
+                       ? exact_sigma
+                       : trusted_order_sigma * std::max(1.0, order_)),
+      free_order_sigma_(lamp.lamp->photometry ? exact_sigma
+                                              : free_order_sigma * std::max(1.0, order_)) {}
 
 bool LampPixels::linearise(const State& state, const Eigen::Vector3d& pivot) {
   const Eigen::Vector3d centre = state.cam_from_world * lamp_.lamp->centre_m;
@@ -107,7 +110,10 @@ bool LampPixels::linearise(const State& state, const Eigen::Vector3d& pivot) {
 EmissionSlope LampPixels::slope_of_light(const Rigid3& cam_from_world,
                                          const Eigen::Vector3d& centre) const {
   const auto px = scene_.camera.project(centre);
-  if (!px || lamp_.window.empty() || lamp_.lamp->shape == LampShape::point) return {};
+  if (!px || lamp_.window.empty() || lamp_.lamp->shape == LampShape::point ||
+      lamp_.lamp->photometry) {
+    return {};
+  }
   const LampImage& image = scratch_.image;
   const Eigen::Vector2d reach_px(0.5 * image.width(), 0.5 * image.height());
   return {*lamp_.lamp, cam_from_world, scene_.camera, *px, reach_px};

@@ -7,14 +7,14 @@
 //   - rims: distances between the measured rim points and the rim predicted by the pose;
 //   - points, centres, or a lamp without a rim: its centroid minus the predicted centre of its
 //     *image*, which is not the image of its centre;
-//   - direct: all its pixels minus its rendered image (projected rim, PSF, Lambertian and cos^4
-//     gradients, response, clipping), weighted by the sensor's noise. The lamp's brightness, the
+//   - direct: all its pixels minus its rendered image (projected rim, PSF, gradients by emission
+//     and cos^4, response, clipping), weighted by the sensor's noise. The lamp's brightness, the
 //     background and the width of the PSF are estimated as well, and the orders of emission if the
-//     pixels contradict half_power_rad significantly. Pixels whose residuals exceed the noise
-//     significantly have a lower weight. A lamp whose pixels do not fit (LampResidual::misfit
-//     above 4), or that is cut, merged, striped or a saturated disc, contributes its rim instead;
-//   - optionally its flux minus the flux of the Lambertian model, with powers known to a sigma or
-//     up to a common factor.
+//     pixels contradict half_power_rad significantly; Lamp::photometry is exact. Pixels whose
+//     residuals exceed the noise significantly have a lower weight. A lamp whose pixels do not fit
+//     (misfit above 4), or that is cut, merged, striped or a saturated disc, contributes its rim;
+//   - optionally its flux minus the flux of its emission, with powers known to a sigma or up to a
+//     common factor.
 //
 // The rims of saturated lamps have grown. The growth has a common part (prior sigma 2 px), which is
 // estimated, a part of each lamp (its light is known to half an e-fold only), and an uneven part

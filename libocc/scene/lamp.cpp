@@ -10,6 +10,7 @@
 #include "libocc/core/internal/vector_text.hpp"
 #include "libocc/core/math.hpp"
 #include "libocc/core/require.hpp"
+#include "libocc/radiometry/emission_profile.hpp"
 #include "libocc/radiometry/lambertian.hpp"
 #include "libocc/scene/internal/scene_fields.hpp"
 
@@ -61,6 +62,20 @@ void check_waveform(const Lamp& lamp) {
   require_of_lamp(any, lamp.id, "waveform", 0.0, "above zero in a part of the period");
 }
 
+// A lamp without radius or size takes that of the luminous opening of its photometry.
+void complete_from_opening(Lamp& lamp) {
+  if (!lamp.photometry) return;
+  const PhotometricDistribution& distribution = lamp.photometry->distribution();
+  if (distribution.opening == OpeningShape::sideways) return;
+  if (is_disc(lamp) && lamp.radius_m == 0) {
+    lamp.set_photometry(lamp.photometry);
+  } else if (has_sides(lamp) && lamp.size_m.isZero()) {
+    Lamp opening;
+    opening.set_photometry(lamp.photometry);
+    if (opening.shape == lamp.shape) lamp.size_m = opening.size_m;
+  }
+}
+
 }  // namespace
 
 double Lamp::area_m2() const {
@@ -84,7 +99,39 @@ double Lamp::reach_m() const {
   return longer / 2 * std::pow(1 + std::pow(ratio, dual), 1 / dual);
 }
 
-double Lamp::order() const { return lambertian_order(half_power_rad); }
+double Lamp::order() const {
+  return photometry ? photometry->equivalent_order() : lambertian_order(half_power_rad);
+}
+
+bool Lamp::uses_x_axis() const {
+  return has_sides(*this) || (photometry && photometry->depends_on_c());
+}
+
+void Lamp::set_photometry(std::shared_ptr<const EmissionProfile> profile) {
+  require(profile != nullptr, "profile", "none", "an EmissionProfile");
+  const PhotometricDistribution& distribution = profile->distribution();
+  const Eigen::Vector2d size = distribution.size_m;
+  switch (distribution.opening) {
+    case OpeningShape::sideways:
+      require(false, "shape", "none",
+              "given, because the luminous opening of the photometry faces sideways");
+      break;
+    case OpeningShape::point:
+      shape = LampShape::point;
+      break;
+    case OpeningShape::rectangle:
+      shape = LampShape::rectangle;
+      size_m = size;
+      break;
+    case OpeningShape::ellipse:
+      shape = size.x() == size.y() ? LampShape::disc : LampShape::lame;
+      radius_m = size.x() / 2;
+      size_m = size;
+      exponent = 2;
+      break;
+  }
+  photometry = std::move(profile);
+}
 
 double Lamp::mean_light() const {
   if (!frequency_hz) return 1;
@@ -114,6 +161,7 @@ void Lamp::set_code(const LampCode& lamp_code) {
 
 void Lamp::validate() {
   if (code && waveform.empty()) set_code(*code);
+  complete_from_opening(*this);
   check_fields(*this, lamp_fields, [this] { return "lamp " + std::to_string(id) + ": "; });
   check_waveform(*this);
   for (const Eigen::Vector3d& displacement_m : shared_errors_m)
@@ -125,7 +173,7 @@ void Lamp::validate() {
 
   normal = unit(normal);
   const Eigen::Vector3d given = x_axis;
-  x_axis = has_sides(*this) ? perpendicular(x_axis, normal) : any_perpendicular(normal);
+  x_axis = uses_x_axis() ? perpendicular(x_axis, normal) : any_perpendicular(normal);
   if (x_axis.isZero())
     require_of_lamp(false, id, "x_axis", vector_text(given), "not parallel to the normal");
 }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -13,6 +14,8 @@
 #include "libocc/core/per_axis.hpp"
 
 namespace occ {
+
+class EmissionProfile;  // radiometry/emission_profile.hpp
 
 /// lame: the area inside the Lame curve (superellipse) |2x/a|^n + |2y/b|^n = 1.
 enum class LampShape {
@@ -44,9 +47,9 @@ struct LIBOCC_API Lamp {
   double radius_m = 0;            ///< radius of a disc
   Eigen::Vector2d size_m =
       Eigen::Vector2d::Zero();  ///< rectangle, lame: (a, b), along x_axis and across it
-  Eigen::Vector3d x_axis =
-      Eigen::Vector3d::UnitX();  ///< rectangle, lame: direction of the first side
-  double exponent = 2;           ///< lame: n in [1, 100]; 2 is an ellipse
+  /// Direction of the first side of a rectangle or Lame curve, and C = 0 of photometry.
+  Eigen::Vector3d x_axis = Eigen::Vector3d::UnitX();
+  double exponent = 2;  ///< lame: n in [1, 100]; 2 is an ellipse
   /// Standard deviations of centre_m along the axes of the world; none: Scene::map_sigma_m.
   std::optional<PerAxis> position_sigma_m;
   /// Errors of the map that lamps share, beside position_sigma_m, which is of this lamp alone:
@@ -59,8 +62,11 @@ struct LIBOCC_API Lamp {
   double power_w = 1;                          ///< radiant power while lit
   double power_sigma = 0.1;                    ///< relative standard deviation of power_w
   double half_power_rad = 1.0471975511965976;  ///< half-power semi-angle (60 degrees)
-  std::optional<double> frequency_hz;          ///< frequency of blinking; none: always lit
-  double duty = 0.5;                           ///< lit fraction of a blink period
+  /// Measured emission; none: Lambertian with half_power_rad. power_w is the radiant power of the
+  /// lit hemisphere in both cases. C = 0 lies along x_axis, C = 90 degrees along x_axis x normal.
+  std::shared_ptr<const EmissionProfile> photometry;
+  std::optional<double> frequency_hz;  ///< frequency of blinking; none: always lit
+  double duty = 0.5;                   ///< lit fraction of a blink period
   std::vector<double> waveform;  ///< instead of `duty`: light over power_w (0..1) in equal parts
                                  ///< of a period, such as the chips of a code
   double phase = 0;              ///< periods passed at time 0
@@ -70,7 +76,8 @@ struct LIBOCC_API Lamp {
 
   double area_m2() const;  ///< area of the emitting face; 0 for a point
   double reach_m() const;  ///< distance of the rim's farthest point from the centre; 0 for a point
-  double order() const;    ///< Lambertian order m
+  /// Lambertian order m; with photometry its equivalent_order(), for estimates only.
+  double order() const;
   double mean_light() const;  ///< mean light over a blink period, over power_w; 1 if always lit
   /// True if a camera at this position (world frame) is on the lit side of the lamp's plane.
   bool shows_lit_side(const Eigen::Vector3d& seen_from) const;
@@ -81,8 +88,17 @@ struct LIBOCC_API Lamp {
   /// Sets code, frequency_hz and waveform. Throws std::invalid_argument as encode_id() does.
   void set_code(const LampCode& lamp_code);
 
-  /// Checks all fields. Sets frequency_hz and waveform if there is a code without waveform. Makes
-  /// normal and x_axis unit and orthogonal; for shapes without sides, x_axis is replaced by an axis
+  /// Sets photometry. Shape, radius_m, size_m and exponent become those of the luminous opening;
+  /// throws std::invalid_argument if the opening faces sideways.
+  void set_photometry(std::shared_ptr<const EmissionProfile> profile);
+
+  /// True if x_axis matters: shapes with sides, and photometry that depends on C.
+  bool uses_x_axis() const;
+
+  /// Checks all fields. Sets frequency_hz and waveform if there is a code without waveform. With
+  /// photometry, a disc without radius_m takes shape and size of the luminous opening, and a shape
+  /// with sides without size_m takes those of an opening of that shape. Makes
+  /// normal and x_axis unit and orthogonal; unless uses_x_axis(), x_axis is replaced by an axis
   /// that depends on the normal only. A second call changes nothing. Throws std::invalid_argument
   /// naming the lamp, the field and its value.
   void validate();

@@ -22,10 +22,12 @@ LIBOCC_API Scene read_scene(const std::string& path);
 /// Reads a scene from text; messages use `name` in place of a file name.
 LIBOCC_API Scene parse_scene(const std::string& text, const std::string& name = "<text>");
 
-/// Text that parse_scene reads back to an equal scene.
+/// Text that parse_scene reads back to an equal scene. Files of photometry have absolute paths.
+/// Throws std::invalid_argument for a lamp whose photometry is not from a file.
 LIBOCC_API std::string format_scene(const Scene& scene);
 
-/// Writes the file completely or leaves it unchanged. Throws std::runtime_error naming the file.
+/// Writes the file completely or leaves it unchanged. Files of photometry are named relative to its
+/// folder. Throws std::runtime_error naming the file.
 LIBOCC_API void write_scene(const std::string& path, const Scene& scene);
 
 }  // namespace occ

@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <filesystem>
 #include <map>
+#include <memory>
+#include <stdexcept>
 
 #include "libocc/core/internal/yaml_fields.hpp"
+#include "libocc/radiometry/emission_profile.hpp"
 #include "libocc/radiometry/response_basis.hpp"
 #include "libocc/scene/internal/camera_section.hpp"
 #include "libocc/scene/internal/scene_fields.hpp"
@@ -14,6 +18,9 @@ using namespace internal::codes;
 using namespace internal::radiometry;
 using namespace internal::scene;
 namespace {
+
+// Profiles by the path of their file. Lamps of one kind share the profile.
+using Profiles = std::map<std::string, std::shared_ptr<const EmissionProfile>>;
 
 // Reads the key `response_coefficients`, which is no field: it gives the response table of a sensor
 // or channel as coefficients of the basis of response curves (radiometry/response_basis.hpp).
@@ -63,12 +70,53 @@ void read_code(YamlSection section, Lamp& lamp) {
   section.check([&] { lamp.set_code(lamp_code); });
 }
 
-Lamp read_lamp(YamlSection section) {
+// Reads the key `photometry`, a file name or a mapping {file: NAME}, relative to the scene's
+// folder. A lamp without shape and radius takes the shape of the luminous opening.
+void read_photometry_key(YamlSection& section, Profiles& profiles, Lamp& lamp) {
+  if (section.has("half_power_deg"))
+    section.fail("half_power_deg", "must not be given together with `photometry`");
+  std::string file;
+  if (section.is_mapping("photometry")) {
+    YamlSection part = section.section("photometry");
+    part.need("file", file);
+    part.reject_unknown();
+  } else {
+    section.read("photometry", file);
+  }
+  const std::string path =
+      (std::filesystem::path(section.file()).parent_path() / file).lexically_normal().string();
+  std::shared_ptr<const EmissionProfile>& profile = profiles[path];
+  try {
+    if (!profile) profile = std::make_shared<const EmissionProfile>(read_photometry(path));
+    if (section.has("shape") || section.has("radius_m"))
+      lamp.photometry = profile;
+    else
+      lamp.set_photometry(profile);
+  } catch (const std::runtime_error& error) {
+    section.fail("photometry", error.what());
+  } catch (const std::invalid_argument& error) {
+    section.fail("photometry", path + ": " + error.what());
+  }
+}
+
+// True for a size that validate() takes from the luminous opening.
+bool is_size_of_opening(const Lamp& lamp, const std::string& name) {
+  if (!lamp.photometry) return false;
+  Lamp opening;
+  if (lamp.photometry->distribution().opening != OpeningShape::sideways)
+    opening.set_photometry(lamp.photometry);
+  if (name == "radius_m") return opening.radius_m > 0;
+  return (name == "size_m" || name == "exponent") && opening.shape == lamp.shape;
+}
+
+Lamp read_lamp(YamlSection section, Profiles& profiles) {
   Lamp lamp;
+  if (section.has("photometry")) read_photometry_key(section, profiles, lamp);
   for (const char* key : {"frequency_hz", "waveform"})
     if (section.has("code") && section.has(key))
       section.fail(key, "must not be given together with `code`, which sets it");
-  read_fields(section, lamp, lamp_fields);
+  read_fields(section, lamp, lamp_fields,
+              [&](const char* name) { return is_size_of_opening(lamp, name); });
   if (section.has("code")) read_code(section.section("code"), lamp);
   section.reject_unknown();
   section.check([&] { lamp.validate(); });
@@ -78,8 +126,9 @@ Lamp read_lamp(YamlSection section) {
 std::vector<Lamp> read_lamps(YamlSection& root) {
   std::vector<Lamp> lamps;
   std::map<int, std::size_t> index_of;
+  Profiles profiles;
   for (const YamlSection& section : root.sections("lamps")) {
-    lamps.push_back(read_lamp(section));
+    lamps.push_back(read_lamp(section, profiles));
     const auto [first, is_new] = index_of.emplace(lamps.back().id, lamps.size() - 1);
     if (!is_new)
       section.fail_value(

@@ -1,8 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <array>
+#include <filesystem>
+#include <string_view>
 
 #include "libocc/core/internal/file.hpp"
 #include "libocc/core/internal/yaml_fields.hpp"
+#include "libocc/core/require.hpp"
+#include "libocc/radiometry/emission_profile.hpp"
 #include "libocc/scene/internal/camera_section.hpp"
 #include "libocc/scene/internal/scene_fields.hpp"
 #include "libocc/scene/scene_file.hpp"
@@ -85,7 +89,19 @@ std::string code_text(const LampCode& lamp_code) {
   return "{" + text.substr(0, text.size() - 2) + "}";
 }
 
-void write_lamp(Lamp lamp, std::string& out) {
+// Mapping in braces with the file of the photometry: relative to `folder`, or with its absolute
+// path if `folder` is empty, since the text may be read from another working directory.
+std::string photometry_text(const Lamp& lamp, const std::filesystem::path& folder) {
+  const std::string& file = lamp.photometry->distribution().file;
+  if (file.empty())
+    require(false, "lamp " + std::to_string(lamp.id) + ": photometry", "a distribution without",
+            "from a file: a scene stores its name");
+  std::filesystem::path path = std::filesystem::absolute(file).lexically_normal();
+  if (!folder.empty()) path = path.lexically_proximate(folder);
+  return "{file: " + quoted(path.string()) + "}";
+}
+
+void write_lamp(Lamp lamp, const std::filesystem::path& folder, std::string& out) {
   const bool coded = follows_from_code(lamp);
   if (coded) {  // the code replaces these two
     lamp.frequency_hz.reset();
@@ -93,20 +109,21 @@ void write_lamp(Lamp lamp, std::string& out) {
   }
   Lines lines(out, "  - ");
   write_fields(lines, lamp, lamp_fields, [&](const char* name) {
-    if (coded) lines.add(name, code_text(*lamp.code));
+    if (coded && name == std::string_view("code")) lines.add(name, code_text(*lamp.code));
+    if (lamp.photometry && name == std::string_view("photometry"))
+      lines.add(name, photometry_text(lamp, folder));
   });
 }
 
-}  // namespace
-
-std::string format_scene(const Scene& scene) {
+// folder: absolute path of the folder that files are named relative to, or empty.
+std::string scene_text(const Scene& scene, const std::filesystem::path& folder) {
   Scene checked = scene;
   checked.validate();
   std::string out = "schema: libocc-scene/" + std::to_string(scene_schema_version) + "\n";
   write_camera_section(checked.camera, out);
   write_sensor(checked.sensor, out);
   out += checked.lamps.empty() ? "lamps: []\n" : "lamps:\n";
-  for (const Lamp& lamp : checked.lamps) write_lamp(lamp, out);
+  for (const Lamp& lamp : checked.lamps) write_lamp(lamp, folder, out);
   if (checked.map_sigma_m) Lines(out, "").add("map_sigma_m", *checked.map_sigma_m);
   write_lens(checked.lens, out);
   Lines(out, "").add("ambient_w_m2", checked.ambient_w_m2);
@@ -123,8 +140,14 @@ std::string format_scene(const Scene& scene) {
   return out;
 }
 
+}  // namespace
+
+std::string format_scene(const Scene& scene) { return scene_text(scene, {}); }
+
 void write_scene(const std::string& path, const Scene& scene) {
-  const std::string text = format_scene(scene);
+  const std::filesystem::path folder =
+      std::filesystem::absolute(path).lexically_normal().parent_path();
+  const std::string text = scene_text(scene, folder);
   write_file(path, text.data(), text.size());
 }
 

@@ -13,7 +13,7 @@
 #include "libocc/core/require.hpp"
 #include "libocc/formation/internal/shadow.hpp"
 #include "libocc/formation/light.hpp"
-#include "libocc/radiometry/lambertian.hpp"
+#include "libocc/scene/internal/lamp_emission.hpp"
 #include "libocc/scene/internal/vignetting.hpp"
 #include "libocc/scene/view.hpp"
 
@@ -81,7 +81,7 @@ class SeenLamp {
   SeenLamp(const Receiver& receiver, const Lamp& lamp, const Rigid3& pose)
       : receiver_(receiver),
         lamp_(lamp),
-        order_(lamp.order()),
+        emission_(lamp),
         pose_(pose),
         position_(pose.origin_in_source()) {}
 
@@ -155,13 +155,14 @@ class SeenLamp {
     const double distance = to_camera.norm();
     const double cos_incidence = receiver_.scene.camera.depth_m(pose_ * point) / distance;
     return receiver_.vignetting.transmission(*px) *
-           aperture_power(lamp_.power_w, order_, to_camera.dot(lamp_.normal) / distance,
-                          cos_incidence, distance, receiver_.lens_m2);
+           emission_.aperture_power(lamp_.power_w, to_camera,
+                                    to_camera.dot(lamp_.normal) / distance, cos_incidence, distance,
+                                    receiver_.lens_m2);
   }
 
   const Receiver& receiver_;
   const Lamp& lamp_;
-  double order_;
+  internal::scene::LampEmission emission_;
   const Rigid3& pose_;
   Eigen::Vector3d position_;
   double hidden_ = 0;  // fraction of the face

@@ -8,7 +8,6 @@
 
 #include "libocc/core/math.hpp"
 #include "libocc/formation/internal/shadow.hpp"
-#include "libocc/radiometry/lambertian.hpp"
 
 namespace occ::internal::simulate {
 
@@ -89,8 +88,9 @@ RoomSurfaces::RoomSurfaces(const Scene& scene, const std::vector<double>& lamp_l
     const std::vector<Eigen::Vector3d> elements = lamp_elements(lamp);
     const double power_w =
         lamp_light[i] * lamp.mean_light() * lamp.power_w / static_cast<double>(elements.size());
+    emissions_.emplace_back(lamp);
     for (const Eigen::Vector3d& element : elements)
-      elements_.push_back({element, lamp.normal, lamp.order(), power_w});
+      elements_.push_back({element, lamp.normal, i, power_w});
   }
 }
 
@@ -123,7 +123,8 @@ double RoomSurfaces::direct(int face, const Eigen::Vector3d& point) const {
     const double emitted = way.dot(element.normal) / distance;
     const double arriving = -way.dot(n) / distance;
     if (emitted > 0 && arriving > 0)
-      sum += aperture_power(element.power_w, element.order, emitted, arriving, distance, 1);
+      sum += emissions_[element.lamp].aperture_power(element.power_w, way, emitted, arriving,
+                                                     distance, 1);
   }
   return sum;
 }

@@ -22,8 +22,16 @@ constexpr int view_rim_points = 16;
 // good approximation, so its extremes are on the rim.
 double max_irradiance(const LampView& view, const Scene& scene, const Rigid3& pose) {
   double largest = irradiance_at(*view.lamp, pose, scene.camera, scene.sensor, view.centre_px);
-  for (const Eigen::Vector2d& px : view.rim_px)
+  const auto consider = [&](const Eigen::Vector2d& px) {
     largest = std::max(largest, irradiance_at(*view.lamp, pose, scene.camera, scene.sensor, px));
+  };
+  for (const Eigen::Vector2d& px : view.rim_px) {
+    consider(px);
+    if (!view.lamp->photometry) continue;
+    // A measured emission may have its maximum inside.
+    for (const double share : {0.25, 0.5, 0.75})
+      consider(view.centre_px + share * (px - view.centre_px));
+  }
   constexpr double between_samples = 1.02;  // margin: the rim is sampled
   return between_samples * largest;
 }

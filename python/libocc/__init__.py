@@ -11,7 +11,8 @@ x right, y down, z forward. `cam_from_world` is a 4x4 matrix that transforms poi
 
 This module has the names of everyday use:
 
-- the model of a room and its files: Scene, Lamp, Room, Box, Tag, Sensor, Camera, Lens, Effects, read_camera, ...;
+- the model of a room and its files: Scene, Lamp, Room, Box, Tag, Sensor, Camera, Lens, Effects, read_camera,
+  read_photometry, ...;
 - images: read_image, write_image, look_at, simulate, Renderer, Trajectory, Truth, explain;
 - one call for one image: locate, with Prior, Fix, Status, Candidate;
 - the steps of locate: detect, identify, solve_pose, robust_pose, pose_candidates, refine, and their results;
@@ -85,6 +86,7 @@ from ._core import (
     pose_candidates,
     read_camera,
     read_image,
+    read_photometry,
     received_power,
     refine,
     robust_pose,
@@ -119,8 +121,8 @@ __all__ = [
     "ProtectionLevel", "Readout", "Refined", "Renderer", "Response", "RobustPose", "Room", "Rung", "Scene", "Sensor",
     "Solver", "Status", "Symmetry", "SymmetryKind", "Tag", "Timing", "TrackedFrame", "Tracker", "TrackerState",
     "Trajectory", "Truth", "__version__", "detect", "encode_image", "explain", "identify", "locate", "look_at", "p3p",
-    "pose_candidates", "power_map", "read_camera", "read_image", "received_power", "refine", "robust_pose", "simulate",
-    "solve_pose", "solvers", "write_camera", "write_image",
+    "pose_candidates", "power_map", "read_camera", "read_image", "read_photometry", "received_power", "refine",
+    "robust_pose", "simulate", "solve_pose", "solvers", "write_camera", "write_image",
 ]
 
 _SUBMODULES = (*_moved.NEW_HOMES, "maps", "streams")

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <memory>
 
+#include "module.hpp"
+
 namespace occ::python {
 namespace {
 
@@ -82,6 +84,12 @@ bool is_blob_sequence(py::handle object) {
   for (const auto& item : py::reinterpret_borrow<py::sequence>(object))
     if (!py::isinstance<Blob>(item)) return false;
   return true;
+}
+
+std::shared_ptr<const EmissionProfile> profile_of_file(const std::filesystem::path& path) {
+  return reading(path, [](const std::string& name) {
+    return std::make_shared<const EmissionProfile>(read_photometry(name));
+  });
 }
 
 }  // namespace occ::python

@@ -7,7 +7,10 @@
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
 
+#include <filesystem>
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -17,6 +20,7 @@
 #include "libocc/core/image.hpp"
 #include "libocc/core/per_axis.hpp"
 #include "libocc/geometry/rigid.hpp"
+#include "libocc/radiometry/emission_profile.hpp"
 #include "libocc/scene/prior.hpp"
 
 namespace occ::python {
@@ -51,6 +55,9 @@ struct ImageOrBlobs {
   std::optional<NumpyImage> image;
   std::vector<Blob> blobs;
 };
+
+/// Profile of a file. Throws FileNotFoundError, OSError or ValueError as read_photometry() does.
+std::shared_ptr<const EmissionProfile> profile_of_file(const std::filesystem::path& path);
 
 /// Returns true if the object is a list or tuple of Blobs.
 bool is_blob_sequence(py::handle object);
@@ -121,6 +128,37 @@ struct type_caster<occ::PerAxis> {
   }
   static handle cast(const occ::PerAxis& values, return_value_policy, handle) {
     return pybind11::cast(Eigen::Vector3d(values)).release();
+  }
+};
+
+/// An EmissionProfile, or a distribution or file from which one is made.
+template <>
+struct type_caster<std::shared_ptr<const occ::EmissionProfile>> {
+  PYBIND11_TYPE_CASTER(
+      std::shared_ptr<const occ::EmissionProfile>,
+      io_name("libocc._core.EmissionProfile | "
+              "libocc._core.PhotometricDistribution | os.PathLike[str] | str | None",
+              "libocc._core.EmissionProfile | None"));
+  bool load(handle source, bool) {
+    if (source.is_none()) return true;
+    if (isinstance<occ::EmissionProfile>(source)) {
+      value = pybind11::cast<std::shared_ptr<occ::EmissionProfile>>(source);
+      return true;
+    }
+    if (isinstance<occ::PhotometricDistribution>(source)) {
+      value = std::make_shared<const occ::EmissionProfile>(
+          pybind11::cast<const occ::PhotometricDistribution&>(source));
+      return true;
+    }
+    make_caster<std::filesystem::path> path;
+    if (!path.load(source, true)) return false;
+    value = occ::python::profile_of_file(cast_op<std::filesystem::path&>(path));
+    return true;
+  }
+  static handle cast(const std::shared_ptr<const occ::EmissionProfile>& profile,
+                     return_value_policy, handle) {
+    if (!profile) return none().release();
+    return pybind11::cast(std::const_pointer_cast<occ::EmissionProfile>(profile)).release();
   }
 };
 

@@ -167,6 +167,7 @@ void define_scene(py::module_& m) {
   define_documented<Sensor>(m, "Sensor",
                             "Conversion of irradiance to grey levels: exposure, noise, response.",
                             sensor_fields);
+  define_photometric(m);
   define_documented<Lamp>(m, "Lamp", "A lamp: position, shape, light and blinking.", lamp_fields);
   define_documented<Room>(m, "Room", "A box room with one corner at the world's origin.",
                           room_fields);

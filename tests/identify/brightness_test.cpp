@@ -2,10 +2,12 @@
 // Brightness and size as evidence: reflections and lamps of different powers are simulated by the
 // image formation's own formula; fluxes without information must not matter.
 #include <Eigen/Eigenvalues>
+#include <array>
 
 #include "libocc/core/math.hpp"
 #include "libocc/formation/light.hpp"
 #include "tests/identify/identify_support.hpp"
+#include "tests/support/photometry.hpp"
 #include "tests/support/rim_support.hpp"
 
 namespace occ {
@@ -96,6 +98,33 @@ TEST(IdentifyBrightness, ASquareOfEqualLampsHasFourPoses) {
   for (int i = 0; i < 100; ++i) {
     const View view = view_of_all(scene, {}, random);
     EXPECT_EQ(identify(view.blobs, scene)->hypotheses.size(), 4u);
+  }
+}
+
+// Equal lamps with a measured emission to one side, turned differently: only their brightness
+// distinguishes the four poses.
+TEST(IdentifyBrightness, ASquareOfTurnedAsymmetricLampsHasOnePose) {
+  Scene scene = square({1, 1, 1, 1});
+  const auto sideways = test::profile_of(
+      [](double gamma, double c) {
+        return std::cos(gamma) * std::exp(3 * std::sin(gamma) * std::cos(c));
+      },
+      5, 15);
+  for (std::size_t i = 0; i < 4; ++i) {
+    Lamp& lamp = scene.lamps[i];
+    lamp.photometry = sideways;
+    // Lamps 0 and 3 shine into the room, lamp 1 away from its middle, lamp 2 along a wall.
+    const double angle = pi / 4 * std::array<int, 4>{1, -1, 1, 5}[i];
+    lamp.x_axis = {std::cos(angle), std::sin(angle), 0};
+  }
+  Random random(1);
+  for (int i = 0; i < 50; ++i) {
+    Errors errors;
+    errors.gain = std::exp(random.uniform(-5, 5));
+    const View view = view_of_all(scene, errors, random);
+    const Result<Identification> found = identify(view.blobs, scene);
+    EXPECT_TRUE(test::assignment_is_right(found->hypotheses.front(), view));
+    EXPECT_EQ(identify(view.blobs, scene, without_brightness())->hypotheses.size(), 4u);
   }
 }
 

@@ -10,6 +10,7 @@
 #include "libocc/simulate/simulate.hpp"
 #include "tests/support/measured_blobs.hpp"
 #include "tests/support/nees.hpp"
+#include "tests/support/photometry.hpp"
 #include "tests/support/support.hpp"
 
 namespace occ {
@@ -89,6 +90,31 @@ TEST(CalibrateLight, ExactFluxesGiveExactLight) {
   }
   Scene scene = found->scene;
   EXPECT_NO_THROW(scene.validate());
+}
+
+TEST(CalibrateLight, MeasuredEmissionLeavesOnlyThePowerUnknown) {
+  Random random(1);
+  Scene truth = true_room();
+  const auto profile = test::profile_of(test::batwing, 5, 15);
+  for (const std::size_t i : {0, 2, 3}) truth.lamps[i].photometry = profile;
+  const auto poses = poses_of(12, random);
+  Scene assumed = supposed(truth);
+  for (const PowerFit powers : {PowerFit::each, PowerFit::common_factor}) {
+    LightOptions options;
+    options.powers = powers;
+    if (powers == PowerFit::common_factor)
+      for (std::size_t i = 0; i < truth.lamps.size(); ++i)
+        assumed.lamps[i].power_w = truth.lamps[i].power_w / 1.7;
+    const auto found =
+        calibrate_light(assumed, blobs_of(truth, poses, 1e-9, random), poses, options);
+    ASSERT_TRUE(found.ok()) << found.message;
+    for (std::size_t i = 0; i < truth.lamps.size(); ++i) {
+      ASSERT_EQ(found->lamps[i].status, Status::ok) << found->lamps[i].message;
+      EXPECT_NEAR(found->scene.lamps[i].power_w / truth.lamps[i].power_w, 1, 1e-6);
+      EXPECT_EQ(found->scene.lamps[i].photometry, truth.lamps[i].photometry);
+    }
+    EXPECT_EQ(found->scene.lamps[0].half_power_rad, assumed.lamps[0].half_power_rad);
+  }
 }
 
 TEST(CalibrateLight, CovarianceMatchesTheErrors) {

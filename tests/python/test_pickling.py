@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import libocc as occ
-from libocc import _core, codes, objects, rendering
+from libocc import _core, codes, objects, photometry, rendering
 
 POSE = np.array([[0.0, -1, 0, 1], [1, 0, 0, 2], [0, 0, 1, 3], [0, 0, 0, 1]])
 COVARIANCE = np.diag([1.0, 2, 3, 4, 5, 6])
@@ -24,6 +24,12 @@ CODE = dict(
 )  # fmt: skip
 GHOST = dict(strength=0.1, scale=0.5, blur_px=2)
 ELLIPSE = dict(centre_px=[3, 4], semi_major_px=5, semi_minor_px=2, angle_rad=0.3)
+TILT = dict(geometry=2, tilt_rad=[0, 1], factors=[1, 0.9])
+DISTRIBUTION = dict(
+    file="lamp.ies", source_format="EULUMDAT", keywords=[("TEST", "a")], vertical_rad=[0, 1, 2], horizontal_rad=[0, 3],
+    intensities_cd=[[3, 3], [2, 1], [1, 0.5]], opening=photometry.OpeningShape.ellipse, size_m=[0.2, 0.3],
+    height_m=0.1, lamp_lm=3000, input_w=40, tilt=photometry.LampTilt(**TILT), output_ratio=0.8, downward_ratio=0.9,
+)  # fmt: skip
 VALUES: dict[type, dict[str, Any]] = {
     rendering.Channel: CHANNEL,
     occ.Sensor: dict(
@@ -38,8 +44,10 @@ VALUES: dict[type, dict[str, Any]] = {
         size_m=[0.3, 0.4], x_axis=[0, 0, 1], exponent=3, power_w=2, power_sigma=0.2, half_power_rad=1,
         code=codes.LampCode(code=codes.Code(**CODE), id=3), frequency_hz=50, waveform=[1, 0.5], duty=0.25, phase=0.5,
         colour=[1, 0.5, 0.25], position_sigma_m=[0.01, 0.02, 0.03], size_sigma=0.05, tilt_sigma_rad=0.1,
-        shared_errors_m=[[0.1, 0.2, 0.3], [0, 0, 0.4]],
+        shared_errors_m=[[0.1, 0.2, 0.3], [0, 0, 0.4]], photometry=photometry.PhotometricDistribution(**DISTRIBUTION),
     ),
+    photometry.LampTilt: TILT,
+    photometry.PhotometricDistribution: DISTRIBUTION,
     codes.Code: CODE,
     codes.LampCode: dict(code=codes.Code(**CODE), id=3, channel=1),
     occ.Room: dict(size_m=[5, 6, 2.5], wall_reflectance=0.5),
@@ -72,6 +80,9 @@ REQUIRED: dict[type, dict[str, Any]] = {
     occ.Tag: dict(id=0, size_m=1, centre_m=[0, 0, 0]),
     occ.Blob: dict(centroid_px=[0, 0]),
     objects.ObjectPoint: dict(id=0, position_m=[0, 0, 0]),
+    photometry.PhotometricDistribution: dict(
+        vertical_rad=[0, 2], horizontal_rad=[0, 1], intensities_cd=[[1, 1], [1, 1]]
+    ),
 }
 
 # Objects with a state of their own (filters, renderers, indices), entries of catalogues (Solver, LadderStep), and

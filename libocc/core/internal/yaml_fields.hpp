@@ -35,16 +35,24 @@ void read_field(YamlSection& section, const std::string& key, T& value, const Ru
 
 /// Reads all fields that apply to `object`, except those marked ByHand. Throws for a required key
 /// that is missing and for values of a wrong type; validate() of the struct checks the rules.
-template <class C, class... Fields>
-void read_fields(YamlSection& section, C& object, const std::tuple<Fields...>& fields) {
+/// is_set(name): true for fields that have a value already, so that their keys are optional.
+template <class C, class... Fields, class IsSet>
+void read_fields(YamlSection& section, C& object, const std::tuple<Fields...>& fields,
+                 const IsSet& is_set) {
   for_each_field(fields, [&](const auto& field) {
     if constexpr (!std::is_same_v<std::decay_t<decltype(field.rule)>, ByHand>) {
       if (!field.applies_to(object)) return;
       const std::string key = file_key(field.name, field.rule);
-      if (field.needed_in_files && !section.has(key)) section.fail_missing(key);
+      if (field.needed_in_files && !section.has(key) && !is_set(field.name))
+        section.fail_missing(key);
       read_field(section, key, field.access(object), field.rule);
     }
   });
+}
+
+template <class C, class... Fields>
+void read_fields(YamlSection& section, C& object, const std::tuple<Fields...>& fields) {
+  read_fields(section, object, fields, [](const char*) { return false; });
 }
 
 /// Name of an enumerator. Throws std::invalid_argument for a value that is no enumerator.

@@ -23,6 +23,8 @@ class YamlSection {
 
   const std::string& file() const { return file_; }
   bool has(const std::string& key) const;
+  /// True for a key whose value is a mapping.
+  bool is_mapping(const std::string& key) const;
 
   /// Reads a key into `value` if it is present; otherwise `value` keeps its content.
   void read(const std::string& key, bool& value);

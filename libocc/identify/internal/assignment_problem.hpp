@@ -10,11 +10,13 @@
 
 #include <Eigen/Core>
 #include <chrono>
+#include <memory>
 #include <optional>
 #include <vector>
 
 #include "libocc/core/abi.hpp"
 #include "libocc/identify/identify.hpp"
+#include "libocc/scene/internal/lamp_emission.hpp"
 
 namespace occ::internal::identify {
 
@@ -51,7 +53,9 @@ struct MapPoint {
                         ///< for a lamp (half space), -2 for a point that is visible from everywhere
   double reliable_cos = 0.1;  ///< cosine of the narrower cone from which detection is certain
   double power_w = 0, power_sigma = 0, order = 1;  ///< power 0: unknown
-  bool steady = true;      ///< false for a blinking lamp, whose flux is between dark and lit
+  bool steady = true;  ///< false for a blinking lamp, whose flux is between dark and lit
+  /// Emission by the photometry of the lamp, in the world's frame; none: Lambertian with `order`.
+  std::shared_ptr<const scene::LampEmission> measured = nullptr;
   bool duplicate = false;  ///< an earlier point has the same position and represents both
 };
 

@@ -40,10 +40,10 @@ struct FitLimits {
 };
 
 /// Levenberg-Marquardt steps with Huber's loss. An order that the equations do not determine to
-/// max_order_sigma, or that has fewer than three of them, keeps its start value. `equations` must
-/// not be empty.
+/// max_order_sigma, that has fewer than three of them, or that is held, keeps its start value.
+/// `equations` must not be empty.
 LightFit fit_light(const std::vector<FluxEquation>& equations, const Eigen::VectorXd& orders,
-                   const FitLimits& limits);
+                   const std::vector<bool>& held_orders, const FitLimits& limits);
 
 /// Input check of calibrate_light() and calibrate_ambient(): throws std::invalid_argument unless
 /// there is a rigid pose for each image.

@@ -12,7 +12,7 @@
 // costs information: for a disc with a radius of 14 pixels, the pose's sigma increases by 10 %. The
 // order therefore starts with a narrow prior about the scene's order.
 // RefineProblem::free_emission() replaces it by a wide one if the pixels contradict the scene
-// significantly.
+// significantly. The emission of a lamp with photometry is assumed to be exact: it has no order.
 //
 // If the pixels at the rim miss the model by more than chance, e.g. under a PSF that is not
 // Gaussian, their variance is increased by a term proportional to the square of the light's step.

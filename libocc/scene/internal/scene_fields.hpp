@@ -34,7 +34,11 @@ inline bool has_sides(const Lamp& lamp) {
   return lamp.shape == LampShape::rectangle || lamp.shape == LampShape::lame;
 }
 
-// `code` is a nested mapping that sets frequency_hz and waveform: read and written by hand.
+inline bool uses_x_axis(const Lamp& lamp) { return lamp.uses_x_axis(); }
+inline bool is_lambertian(const Lamp& lamp) { return !lamp.photometry; }
+
+// `code` is a nested mapping that sets frequency_hz and waveform, and `photometry` names a file
+// that may set the shape: both are read and written by hand.
 inline constexpr auto lamp_fields = core::fields_of<Lamp>(
     core::required_field("id", &Lamp::id, "", core::Unrestricted{},
                          "whole number, unique in the scene"),
@@ -54,9 +58,9 @@ inline constexpr auto lamp_fields = core::fields_of<Lamp>(
         .needed()
         .when(&has_sides),
     core::field("x_axis", &Lamp::x_axis, "", core::Direction{},
-                "direction of the first side; its part along the normal is removed; only of a "
-                "rectangle or Lame curve")
-        .when(&has_sides),
+                "direction of the first side, and C = 0 of `photometry`; its part along the normal "
+                "is removed; only of a rectangle, a Lame curve, or `photometry` that depends on C")
+        .when(&uses_x_axis),
     core::field("exponent", &Lamp::exponent, "", core::Interval{'[', 1, 100, ']'},
                 "n of a Lame curve, and only there; 2 is an ellipse")
         .needed()
@@ -77,7 +81,12 @@ inline constexpr auto lamp_fields = core::fields_of<Lamp>(
     core::field("power_sigma", &Lamp::power_sigma, "", core::NotNegative{},
                 "relative standard deviation of `power_w`"),
     core::field("half_power_rad", &Lamp::half_power_rad, "rad", core::Angle{90, ')'},
-                "half-power semi-angle"),
+                "half-power semi-angle; only without `photometry`")
+        .when(&is_lambertian),
+    core::field("photometry", &Lamp::photometry, "", core::ByHand{},
+                "measured emission instead of `half_power_rad`: a file of IES LM-63 or EULUMDAT; "
+                "the radius "
+                "or size may be left out where the file states it"),
     core::field("code", &Lamp::code, "", core::ByHand{},
                 "transmitted code; sets `frequency_hz` and `waveform`"),
     core::field("frequency_hz", &Lamp::frequency_hz, "Hz", core::Positive{},

@@ -9,11 +9,13 @@
 // of Lambertian order m, the aperture formula of a point is wrong by about (m + 4) (R/f)^2, the
 // square of the lamp's size over its distance, and by the square of the light's relative change
 // over it. The sampling errors of a point and of a disc differ (internal/scene_view.hpp).
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 
 #include "libocc/core/math.hpp"
 #include "libocc/formation/light.hpp"
+#include "libocc/scene/internal/lamp_emission.hpp"
 #include "libocc/simulate/internal/bounds.hpp"
 
 namespace occ::internal::simulate {
@@ -23,6 +25,29 @@ namespace {
 bool called_for(const Scene& scene, const SimulateOptions&) {
   return std::any_of(scene.lamps.begin(), scene.lamps.end(),
                      [](const Lamp& lamp) { return lamp.shape != LampShape::point; });
+}
+
+// Second derivative of the intensity by the direction over the intensity: m for a Lambertian lamp,
+// and second differences over the angle that the lamp subtends for a measured emission.
+double emission_curvature(const Lamp& lamp, const Rigid3& cam_from_world, double size_rad) {
+  const internal::scene::LampEmission emission(lamp);
+  if (!emission.has_profile()) return emission.order();
+  const Eigen::Vector3d direction =
+      (cam_from_world.origin_in_source() - lamp.centre_m).normalized();
+  const auto intensity = [&](const Eigen::Vector3d& along) {
+    return emission.intensity(1, along, along.dot(lamp.normal));
+  };
+  const double middle = intensity(direction);
+  if (!(middle > 0 && size_rad > 0)) return 0;
+  const Eigen::Vector3d across = direction.unitOrthogonal(), up = direction.cross(across);
+  double sum = 0;
+  for (const Eigen::Vector3d& axis : {across, up, Eigen::Vector3d((across + up) / std::sqrt(2.0)),
+                                      Eigen::Vector3d((across - up) / std::sqrt(2.0))}) {
+    const double mean = 0.5 * (intensity((direction + size_rad * axis).normalized()) +
+                               intensity((direction - size_rad * axis).normalized()));
+    sum = std::max(sum, 2 * std::abs(mean / middle - 1));
+  }
+  return 2 * sum / (size_rad * size_rad);
 }
 
 Bound bound_of(const LampView& seen, const SceneView& view) {
@@ -35,7 +60,9 @@ Bound bound_of(const LampView& seen, const SceneView& view) {
                               .norm();
   const double moved = (seen.image_centre_px - seen.centre_px).norm() + 0.5 * r2 * gradient;
   const double size = seen.radius_px / std::min(camera.fx_px(), camera.fy_px());
-  const double flux = (4 + seen.lamp->order()) * size * size + 0.5 * r2 * gradient * gradient;
+  const double flux =
+      (4 + emission_curvature(*seen.lamp, view.cam_from_world, size)) * size * size +
+      0.5 * r2 * gradient * gradient;
   const double spread = (r2 / 4) / (2 * pi * sigma2 * sigma2) +
                         moved / (2 * pi * std::exp(0.5) * std::pow(sigma2, 1.5)) +
                         flux / (2 * pi * sigma2);

@@ -6,10 +6,13 @@
 // s^2 of the area. The aperture stays that of the real focal length. Without the effect, a pixel
 // lacks at most strength / s^2 of a fully covered pixel, for each ghost and all lamps whose ghosts
 // overlap.
+#include <algorithm>
 #include <cmath>
 
+#include "libocc/core/math.hpp"
 #include "libocc/formation/light.hpp"
 #include "libocc/radiometry/lambertian.hpp"
+#include "libocc/scene/internal/lamp_emission.hpp"
 #include "libocc/simulate/internal/bounds.hpp"
 #include "libocc/simulate/internal/lamp_image.hpp"
 #include "libocc/simulate/internal/mosaic.hpp"
@@ -55,6 +58,29 @@ GhostView ghost_view(const Scene& scene, const Rigid3& cam_from_world,
   return view;
 }
 
+// Radiance of the lamp's centre towards the camera; of a measured emission the largest radiance of
+// points of its face, since it may vary strongly over the face.
+double max_radiance(const Lamp& lamp, const Eigen::Vector3d& camera) {
+  const internal::scene::LampEmission emission(lamp);
+  const auto radiance_of = [&](const Eigen::Vector3d& point) {
+    const Eigen::Vector3d to_camera = camera - point;
+    return emission.radiance(lamp.power_w, lamp.area_m2(), to_camera,
+                             to_camera.normalized().dot(lamp.normal));
+  };
+  double largest = radiance_of(lamp.centre_m);
+  if (!lamp.photometry) return largest;
+  const Eigen::Vector3d across = lamp.normal.cross(lamp.x_axis);
+  constexpr int around = 8, rings = 3;
+  for (int ring = 1; ring <= rings; ++ring)
+    for (int i = 0; i < around; ++i) {
+      const double angle = 2 * pi * i / around;
+      largest = std::max(largest, radiance_of(lamp.centre_m + lamp.reach_m() * ring / rings *
+                                                                  (std::cos(angle) * lamp.x_axis +
+                                                                   std::sin(angle) * across)));
+    }
+  return largest;
+}
+
 // Upper limit of the electrons that a lamp brings to a pixel of a camera with s times the focal
 // length.
 double max_electrons(const Lamp& lamp, const SceneView& view, double s2) {
@@ -63,12 +89,12 @@ double max_electrons(const Lamp& lamp, const SceneView& view, double s2) {
   const double whole = lamp_electrons(lamp, view.cam_from_world, view.scene.camera, sensor) *
                        off_centre * max_pixel_factor(view.scene, lamp.colour);
   if (lamp.shape == LampShape::point) return whole;
-  const Eigen::Vector3d to_camera = view.cam_from_world.origin_in_source() - lamp.centre_m;
-  const double light =
-      radiance(lamp.power_w, lamp.order(), lamp.area_m2(), to_camera.normalized().dot(lamp.normal));
+  const double light = max_radiance(lamp, view.cam_from_world.origin_in_source());
   const double covered =
       (sensor.electrons(sensor_irradiance(light, sensor.f_number, 1)) - sensor.electrons(0)) *
       max_pixel_factor(view.scene, lamp.colour);
+  // `whole` follows from the light of the centre alone.
+  if (lamp.photometry) return off_centre * covered / s2;
   return std::min(off_centre * covered / s2, whole);
 }
 

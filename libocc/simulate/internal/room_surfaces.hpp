@@ -6,6 +6,7 @@
 #include <array>
 #include <vector>
 
+#include "libocc/scene/internal/lamp_emission.hpp"
 #include "libocc/scene/scene.hpp"
 
 namespace occ::internal::simulate {
@@ -54,12 +55,13 @@ class RoomSurfaces {
 
   struct Element {
     Eigen::Vector3d at, normal;
-    double order;
+    std::size_t lamp;  // index of its emission
     double power_w;
   };
 
   Room room_;
-  std::vector<Element> elements_;  // small parts of the lamps
+  std::vector<internal::scene::LampEmission> emissions_;  // one per lamp
+  std::vector<Element> elements_;                         // small parts of the lamps
   // Indirect irradiance at the nodes of each face, its borders included.
   std::array<std::vector<double>, 6> nodes_;
 };

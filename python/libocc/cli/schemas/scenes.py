@@ -145,7 +145,7 @@ def sensor() -> Schema:
 def lamp() -> Schema:
     fields = of_struct(
         Lamp(id=0, centre_m=ORIGIN, radius_m=1.0),
-        skip=["code"],
+        skip=["code", "photometry"],
         replace={"size_m": vector(2), "x_axis": vector(3), "exponent": NUMBER, "position_sigma_m": PER_AXIS,
                  "shared_errors_m": listed(vector(3))},
     )
@@ -157,8 +157,13 @@ def lamp() -> Schema:
         named: Schema = {"properties": {"shape": {"const": shape}}}
         if shape != "disc":  # the default
             named["required"] = ["shape"]
-        rules.append({"if": named, "then": {"required": keys}})
-    return {**mapping({**fields, "code": code()}, ["id", "centre_m"]), "allOf": rules}
+        rules.append({"if": named, "then": {"anyOf": [{"required": keys}, {"required": ["photometry"]}]}})
+    rules.append({"not": {"required": ["photometry", "half_power_deg"]}})
+    photometry = described(
+        {"anyOf": [TEXT, mapping({"file": TEXT}, ["file"])]},
+        "instead of half_power_deg: measured emission, a file of IES LM-63 or EULUMDAT relative to this file",
+    )
+    return {**mapping({**fields, "photometry": photometry, "code": code()}, ["id", "centre_m"]), "allOf": rules}
 
 
 def code() -> Schema:

@@ -101,6 +101,11 @@ def _scene_data(name: Any, folder: Path) -> dict[str, Any]:
     data: dict[str, Any] = read_yaml(path)
     if "file" in data["camera"]:  # relative to the scene
         data["camera"] = parse_yaml(scene.format())["camera"]
+    for lamp in data["lamps"]:
+        if "photometry" in lamp:  # so is this
+            named = lamp["photometry"]
+            file = named["file"] if isinstance(named, dict) else named
+            lamp["photometry"] = {"file": str((path.parent / str(file)).absolute())}
     return data
 
 
