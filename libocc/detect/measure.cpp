@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "libocc/core/math.hpp"
+#include "libocc/detect/internal/quadrilateral.hpp"
 #include "libocc/detect/internal/subpixel.hpp"
 
 namespace occ::internal::detect {
@@ -202,6 +203,7 @@ void measure_centre(const Patch& patch, const Component& component, const Detect
   const double blur2 = psf_px * psf_px + pixel_px2;
   const double minor2 = blob.ellipse.semi_minor_px * blob.ellipse.semi_minor_px - 4 * blur2;
   const bool clipped = component.saturated_px > saturated_share * component.area_px;
+  std::optional<Eigen::Vector2d> outline_centre;
   const bool has_rim = options.rims && minor2 > min_rim_px * min_rim_px;
   if (has_rim) {
     if (use_rim(clipped ? measure_saturated_rim(patch, component)
@@ -209,6 +211,8 @@ void measure_centre(const Patch& patch, const Component& component, const Detect
                 blob)) {
       return;
     }
+    outline_centre = blob.merged ? quadrilateral_centre(patch, component) : std::nullopt;
+    if (outline_centre) blob.merged = false;
   }
   if (minor2 < max_spot_px * max_spot_px && !blob.merged) {
     Eigen::Matrix2d start = component.grey.variance();
@@ -218,6 +222,11 @@ void measure_centre(const Patch& patch, const Component& component, const Detect
     if (use_spot(measure_spot(patch, blob.centroid_px, start, min_variance), blur2, blob)) return;
   }
   measure_moments(patch, component, blur2, blob);
+  if (outline_centre) {
+    // The light of an uneven lamp has another centre than its face.
+    const Eigen::Vector2d apart = *outline_centre - blob.centroid_px;
+    blob.covariance_px2 += apart * apart.transpose();
+  }
   if (has_rim) inflate_if_asymmetric(blob);
 }
 
