@@ -109,7 +109,7 @@ int count_blobs(const AssignmentProblem& problem) {
   std::vector<char> counts(problem.blobs->size());
   for (std::size_t i = 0; i < counts.size(); ++i) {
     const Blob& blob = (*problem.blobs)[i];
-    counts[i] = !blob.cut_by_border && !blob.merged;
+    counts[i] = !blob.cut_by_border && !blob.merged && !problem.foreign[i];
   }
   for (const BearingObservation& observation : problem.observations)
     counts[static_cast<std::size_t>(observation.blob)] = 1;

@@ -12,6 +12,7 @@
 #include "libocc/refine/internal/light_evidence.hpp"
 #include "libocc/refine/internal/predicted_centroid.hpp"
 #include "libocc/refine/internal/scene_errors.hpp"
+#include "libocc/scene/internal/lamp_colours.hpp"
 
 namespace occ::internal::refine {
 namespace {
@@ -53,12 +54,15 @@ std::pair<SeenLight, double> appearance(const Lamp& lamp, const Blob& blob,
   return {light, (*axes_px)[0] < edge_on * (*axes_px)[1] ? seen_edge_on : 0};
 }
 
-/// Fluxes of the blobs that are no lamps, in ascending order.
+/// Fluxes of the blobs that are no lamps but may be by their colour, in ascending order.
 std::vector<double> log_fluxes(const std::vector<Blob>& blobs, const std::vector<char>& is_lamp,
-                               const Scene& scene) {
+                               const scene::ColourTest& colours, const Scene& scene) {
   std::vector<double> fluxes;
   for (std::size_t i = 0; i < blobs.size(); ++i)
-    if (const auto flux = log_flux(blobs[i], scene); flux && !is_lamp[i]) fluxes.push_back(*flux);
+    if (colours.contradicts_all(blobs[i])) {
+      continue;
+    } else if (const auto flux = log_flux(blobs[i], scene); flux && !is_lamp[i])
+      fluxes.push_back(*flux);
   std::sort(fluxes.begin(), fluxes.end());
   return fluxes;
 }
@@ -182,7 +186,11 @@ PoseEvidence evidence_of(const Refined& refined, const Hypothesis& hypothesis,
   const Rigid3& cam_from_world = refined.cam_from_world;
   PoseEvidence evidence;
   evidence.image_px2 = static_cast<double>(scene.camera.width()) * scene.camera.height();
-  evidence.blobs = static_cast<int>(std::count_if(blobs.begin(), blobs.end(), is_whole));
+  const scene::ColourTest colours(scene.lamps);
+  evidence.blobs =
+      static_cast<int>(std::count_if(blobs.begin(), blobs.end(), [&](const Blob& blob) {
+        return is_whole(blob) && !colours.contradicts_all(blob);
+      }));
   evidence.missed = hypothesis.missed;
   evidence.volume_m3 = volume_m3(scene.lamps, cam_from_world.origin_in_source());
   const double growth_px = common_growth_px(refined, blobs, scene);
@@ -208,7 +216,7 @@ PoseEvidence evidence_of(const Refined& refined, const Hypothesis& hypothesis,
     add_shape(lamp, blob, cam_from_world, scene, growth_px, seen);
     evidence.lamps.push_back(seen);
   }
-  evidence.log_appearance += log_light_ratio(lights, log_fluxes(blobs, is_lamp, scene));
+  evidence.log_appearance += log_light_ratio(lights, log_fluxes(blobs, is_lamp, colours, scene));
   if (prior) evidence.prior = identify::prior_parts(*prior, cam_from_world);
   return evidence;
 }
