@@ -86,7 +86,7 @@ class Search {
   int cost() const;
   bool reached_limit() const;
   bool tried_enough() const;
-  void verify_best(std::vector<ScoredPose>& candidates, int min_inliers);
+  void verify_best(WaitingPoses& candidates, int min_inliers);
   void consider(const ScoredPose& candidate);
   bool is_duplicate(const ScoredPose& candidate) const;
   double chance_of(const PoseHypothesis& e) const;
