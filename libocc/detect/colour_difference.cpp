@@ -32,6 +32,11 @@ constexpr double white_share = 0.5;
 // Walls reflect up to a twentieth of a lamp's light beside it; neighbouring lamps at 80 degrees
 // have a fifth of the light of one that faces the camera.
 constexpr double dim_share = 0.1;
+// Peak of a component over the brightest peak. The radiance of a lamp does not depend on its
+// distance, and blur dilutes it only if the lamp is smaller than a pixel, but reflections of its
+// light by walls and floors have a few percent of it at most.
+constexpr double faint_share = 0.03;
+constexpr int resolved_px = 50;          // area of a lamp whose peak is not diluted by blur
 constexpr std::size_t dim_cell_px = 16;  // the reach, 16 to 32 px, of a glow beside a lamp
 constexpr double overlap = 0.03;         // added to shares before ratios, as for Lamp::colour
 constexpr double top_level = 65535;
@@ -299,6 +304,13 @@ bool ColourDifference::has_colour(const Blob& blob) const {
 
 void ColourDifference::describe(const ThresholdRule& rule,
                                 std::vector<Component>& components) const {
+  double brightest = 0;
+  for (const Component& c : components)
+    if (c.area_px >= resolved_px) brightest = std::max(brightest, c.peak_dn);
+  components.erase(
+      std::remove_if(components.begin(), components.end(),
+                     [&](const Component& c) { return c.peak_dn < faint_share * brightest; }),
+      components.end());
   visit_pixels(original_, [&](const auto& pixels) {
     using P = std::decay_t<decltype(pixels)>;
     for (Component& c : components) {

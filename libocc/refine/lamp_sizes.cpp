@@ -74,6 +74,28 @@ std::optional<Eigen::Array2d> predicted_axes_px(const Lamp& lamp, const Rigid3& 
   return core::symmetric_eigenvalues(*moments).array().max(0).sqrt();
 }
 
+std::optional<Eigen::Array2d> predicted_light_axes_px(const Lamp& lamp,
+                                                      const Rigid3& cam_from_world,
+                                                      const Camera& camera) {
+  if (lamp.shape != LampShape::rectangle && lamp.shape != LampShape::lame) return std::nullopt;
+  // Variance of a coordinate over the area, of the squared side: 1/12 of a rectangle, 1/16 of an
+  // ellipse; in between for other Lame curves.
+  constexpr double rectangle = 1.0 / 12, ellipse = 1.0 / 16;
+  const double roundness = lamp.shape == LampShape::lame ? std::min(1.0, 2 / lamp.exponent) : 0;
+  const double variance = rectangle + roundness * (ellipse - rectangle);
+  Eigen::Matrix2d moments = Eigen::Matrix2d::Zero();
+  const Eigen::Vector3d axes[] = {lamp.x_axis, lamp.normal.cross(lamp.x_axis)};
+  for (int i = 0; i < 2; ++i) {
+    const Eigen::Vector3d half = 0.5 * lamp.size_m[i] * axes[i];
+    const auto from = camera.project(cam_from_world * (lamp.centre_m - half));
+    const auto to = camera.project(cam_from_world * (lamp.centre_m + half));
+    if (!from || !to) return std::nullopt;
+    const Eigen::Vector2d side = camera.difference_px(*to, *from);
+    moments += variance * side * side.transpose();
+  }
+  return 2 * core::symmetric_eigenvalues(moments).array().max(0).sqrt();
+}
+
 std::string size_contradiction(const Refined& refined, const std::vector<Blob>& blobs,
                                const Scene& scene) {
   const auto blob_of = [&](const LampResidual& residual) -> const Blob& {

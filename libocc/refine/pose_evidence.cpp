@@ -23,8 +23,8 @@ using pose::SeenLamp;
 /// ln of the density ratio of a blob's size. For a lamp, the size is normal about the predicted
 /// one; the growth of a saturated lamp is exponential. For a false light it is uniform in ln over
 /// two and a half decades.
-double log_size_ratio(const Eigen::Array2d& axes_px, const Blob& blob) {
-  constexpr double log_range = 6, relative = 0.1, error_px = 0.7, blur_px = 0.7;
+double log_size_ratio(const Eigen::Array2d& axes_px, const Blob& blob, double relative) {
+  constexpr double log_range = 6, error_px = 0.7, blur_px = 0.7;
   constexpr double growth_px = 3, relative_growth = 0.3;
   const double expected_px = std::sqrt((axes_px.square() + square(blur_px)).sqrt().prod());
   const double seen_px = std::sqrt(blob.ellipse.semi_major_px * blob.ellipse.semi_minor_px);
@@ -43,14 +43,20 @@ double log_size_ratio(const Eigen::Array2d& axes_px, const Blob& blob) {
 std::pair<SeenLight, double> appearance(const Lamp& lamp, const Blob& blob,
                                         const Rigid3& cam_from_world, const Scene& scene) {
   constexpr double edge_on = 0.1;
+  constexpr double rim_error = 0.1;       // relative error of a disc's axes
+  constexpr double moments_error = 0.25;  // of second moments, which uneven light changes
   const double seen_edge_on = std::log(0.01);
   SeenLight light;
   light.flux = flux_ratio(lamp, blob, cam_from_world, scene);
-  if (lamp.shape != LampShape::disc || blob.striped || !(blob.ellipse.semi_minor_px > 0))
+  if (blob.striped || !(blob.ellipse.semi_minor_px > 0)) return {light, 0};
+  if (lamp.shape != LampShape::disc) {
+    const auto axes_px = predicted_light_axes_px(lamp, cam_from_world, scene.camera);
+    if (axes_px && blob.rim.empty()) light.log_size = log_size_ratio(*axes_px, blob, moments_error);
     return {light, 0};
+  }
   const auto axes_px = predicted_axes_px(lamp, cam_from_world, scene.camera);
   if (!axes_px) return {light, seen_edge_on};
-  light.log_size = log_size_ratio(*axes_px, blob);
+  light.log_size = log_size_ratio(*axes_px, blob, rim_error);
   return {light, (*axes_px)[0] < edge_on * (*axes_px)[1] ? seen_edge_on : 0};
 }
 

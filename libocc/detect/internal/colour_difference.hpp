@@ -74,8 +74,8 @@ class ColourDifference {
   /// channels are clipped. False for the coloured edges of other lights.
   bool has_colour(const Blob& blob) const;
 
-  /// Replaces values of components of S: saturated pixels by those of the given image, background
-  /// and noise by those of D around the component.
+  /// Removes faint components of S, such as reflections of lamps, and replaces values: saturated
+  /// pixels by those of the given image, background and noise by those of D around the component.
   void describe(const ThresholdRule& rule, std::vector<Component>& components) const;
 
  private:
