@@ -104,7 +104,11 @@ std::vector<Blob> detect_colour(const ImageView& image, const LinearImage& chann
     options.threshold_dn = difference.levels_per_dn() * channels.linear_dn(*given.threshold_dn);
   const LinearImage linear(difference.view(), sensor_of(options));
   const ImageView search = difference.search_view();
-  const Background background(search, sensor_of(options), difference.min_noise());
+  // As in grey, the noise model is that of a linear image. Other images went through a camera's
+  // processing, which changes their noise.
+  const bool is_raw = given.sensor && given.sensor->response == Response::linear;
+  const Background background(search, is_raw ? sensor_of(options) : nullptr,
+                              difference.min_noise());
   const ThresholdRule rule = rule_of(options, linear);
   std::vector<Component> components = find_components(search, background, rule);
   difference.describe(rule, components);

@@ -27,7 +27,8 @@ constexpr double pixel_px2 = 1.0 / 12;        // variance of a uniform distribut
 constexpr double pulled_chi2 = 4;             // max chi-square of the difference of two centres
 constexpr double min_elongation = 1.2;        // min axis ratio of two lamps in one blob
 constexpr double min_dip = 0.1, dip_sigmas = 5;  // min dip between two lamps: of the peak, of noise
-constexpr int skirt_px = 2;                      // light just outside the box, below the threshold
+constexpr double min_dip_of_quadrilateral = 0.5;  // uneven or clipped light of one lamp dips less
+constexpr int skirt_px = 2;                       // light just outside the box, below the threshold
 
 /// Ellipse of uniform brightness with these second moments (semi-axes: two standard deviations).
 Ellipse ellipse_of(const Eigen::Vector2d& centre, const Eigen::Matrix2d& moments) {
@@ -98,8 +99,9 @@ void inflate_if_inconsistent(const Component& component, double threshold_dn, Bl
     blob.covariance_px2 += apart * apart.transpose();
 }
 
-/// True if the light along the blob's major axis falls and rises again: two lamps side by side.
-bool has_valley(const Patch& patch, const Ellipse& ellipse) {
+/// True if the light along the blob's major axis falls by a share of its peak and rises again: two
+/// lamps side by side.
+bool has_valley(const Patch& patch, const Ellipse& ellipse, double min_dip) {
   if (ellipse.semi_major_px < min_elongation * ellipse.semi_minor_px) return false;
   const Eigen::Vector2d along(std::cos(ellipse.angle_rad), std::sin(ellipse.angle_rad));
   double peak = 0, valley = 0, dip = 0;
@@ -208,7 +210,7 @@ void use_outline(const Eigen::Vector2d& centre_px, Blob& blob) {
 
 /// Measures the centre: by the rim if there is one, else as a spot, else by moments.
 void measure_centre(const Patch& patch, const Component& component, const DetectOptions& options,
-                    Blob& blob, bool& is_single) {
+                    Blob& blob, bool& is_quadrilateral) {
   const double psf_px = options.sensor ? options.sensor->psf_sigma_px : default_psf_px;
   const double blur2 = psf_px * psf_px + pixel_px2;
   const double minor2 = blob.ellipse.semi_minor_px * blob.ellipse.semi_minor_px - 4 * blur2;
@@ -222,9 +224,8 @@ void measure_centre(const Patch& patch, const Component& component, const Detect
       return;
     }
     outline_centre = blob.merged ? quadrilateral_centre(patch, component) : std::nullopt;
-    if (outline_centre) blob.merged = false;
-    // In the clipped light of one lamp there may be valleys.
-    is_single = outline_centre && blob.saturated;
+    is_quadrilateral = outline_centre.has_value();
+    if (is_quadrilateral) blob.merged = false;
   }
   if (minor2 < max_spot_px * max_spot_px && !blob.merged) {
     Eigen::Matrix2d start = component.grey.variance();
@@ -255,10 +256,11 @@ Blob measure(const LinearImage& image, const Component& component, const DetectO
   blob.noise_dn = std::sqrt(scratch.noise().floor);
   measure_flux(scratch, component, blob);
 
-  bool is_single = false;
-  measure_centre(scratch, component, options, blob, is_single);
+  bool is_quadrilateral = false;
+  measure_centre(scratch, component, options, blob, is_quadrilateral);
   if (!blob.rim.empty()) return blob;
-  blob.merged = blob.merged || (!is_single && has_valley(scratch, blob.ellipse));
+  const double dip = is_quadrilateral ? min_dip_of_quadrilateral : min_dip;
+  blob.merged = blob.merged || has_valley(scratch, blob.ellipse, dip);
   if (blob.merged || blob.cut_by_border) {
     inflate_covariance(blob);
   } else {

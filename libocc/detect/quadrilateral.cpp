@@ -17,8 +17,9 @@ constexpr double min_filled = 0.9;
 // up to 0.71 for two discs that touch or overlap. Blur cuts the corners of a rectangle 12 px wide
 // to 0.9, and uneven light makes it a triangle with a cut corner, 0.76.
 constexpr double min_spanned = 0.75;
-// Level of the outline over the mean level. Unevenly lit lamps have less than half of it somewhere.
-constexpr double outline_level = 0.35;
+// Level of the outline over the mean level. An unevenly lit lamp has little light somewhere, and a
+// lower level moves the outline of an evenly lit one outwards on all sides.
+constexpr double outline_level = 0.25;
 
 struct Point {
   std::int64_t x, y;

@@ -20,43 +20,73 @@ namespace {
 using pose::PoseEvidence;
 using pose::SeenLamp;
 
+/// Relative errors of a blob's size: seen smaller and larger than predicted.
+struct SizeErrors {
+  double smaller, larger;
+};
+
 /// ln of the density ratio of a blob's size. For a lamp, the size is normal about the predicted
 /// one; the growth of a saturated lamp is exponential. For a false light it is uniform in ln over
 /// two and a half decades.
-double log_size_ratio(const Eigen::Array2d& axes_px, const Blob& blob, double relative) {
+double log_size_ratio(const Eigen::Array2d& axes_px, const Blob& blob, const SizeErrors& errors,
+                      bool has_grown) {
   constexpr double log_range = 6, error_px = 0.7, blur_px = 0.7;
   constexpr double growth_px = 3, relative_growth = 0.3;
   const double expected_px = std::sqrt((axes_px.square() + square(blur_px)).sqrt().prod());
   const double seen_px = std::sqrt(blob.ellipse.semi_major_px * blob.ellipse.semi_minor_px);
-  const double sigma_px = std::hypot(relative * expected_px, error_px);
   const double off_px = seen_px - expected_px;
+  const auto sigma_px = [&](double relative) {
+    return std::hypot(relative * expected_px, error_px);
+  };
   const double grown_px = std::max(growth_px, relative_growth * expected_px);
-  const double half_width_px = std::sqrt(pi / 2) * sigma_px;
-  const double width_px = half_width_px + (blob.saturated ? grown_px : half_width_px);
+  const double half_width_px = std::sqrt(pi / 2) * sigma_px(errors.smaller);
+  const double width_px =
+      half_width_px + (has_grown ? grown_px : std::sqrt(pi / 2) * sigma_px(errors.larger));
   const double log_shape =
-      blob.saturated && off_px > 0 ? -off_px / grown_px : -0.5 * square(off_px / sigma_px);
+      has_grown && off_px > 0
+          ? -off_px / grown_px
+          : -0.5 * square(off_px / sigma_px(off_px > 0 ? errors.larger : errors.smaller));
   return log_shape + std::log(seen_px * log_range / width_px);
+}
+
+/// True if a blob's rim may have grown because it is far above full scale. A channel that is not
+/// clipped bounds the light of those that are, by the lamp's colour.
+bool has_grown(const Lamp& lamp, const Blob& blob, bool colours_are_stated) {
+  constexpr double max_excess = 2;  // moves the edge of a lamp by about half of its blur
+  if (!blob.saturated || !colours_are_stated || !blob.colour) return blob.saturated;
+  const BlobColour& seen = *blob.colour;
+  for (int k = 0; k < 3; ++k) {
+    if (seen.clipped[static_cast<std::size_t>(k)] || !(lamp.colour[k] > 0)) continue;
+    double excess = 0;
+    for (int j = 0; j < 3; ++j)
+      excess = std::max(excess, lamp.colour[j] / lamp.colour[k] * seen.share[k] / seen.share[j]);
+    if (excess < max_excess) return false;
+  }
+  return true;
 }
 
 /// Light of a seen lamp, and ln of the density ratio of its visibility: nearly edge-on a disc is
 /// too dark to be found, but for one in a hundred.
 std::pair<SeenLight, double> appearance(const Lamp& lamp, const Blob& blob,
-                                        const Rigid3& cam_from_world, const Scene& scene) {
+                                        const Rigid3& cam_from_world, const Scene& scene,
+                                        bool colours_are_stated) {
   constexpr double edge_on = 0.1;
-  constexpr double rim_error = 0.1;       // relative error of a disc's axes
-  constexpr double moments_error = 0.25;  // of second moments, which uneven light changes
+  constexpr SizeErrors of_disc{0.1, 0.1};
+  constexpr SizeErrors of_moments{0.25, 0.1};  // uneven light and hidden parts make them smaller
   const double seen_edge_on = std::log(0.01);
   SeenLight light;
   light.flux = flux_ratio(lamp, blob, cam_from_world, scene);
   if (blob.striped || !(blob.ellipse.semi_minor_px > 0)) return {light, 0};
   if (lamp.shape != LampShape::disc) {
     const auto axes_px = predicted_light_axes_px(lamp, cam_from_world, scene.camera);
-    if (axes_px && blob.rim.empty()) light.log_size = log_size_ratio(*axes_px, blob, moments_error);
+    if (axes_px && blob.rim.empty())
+      light.log_size =
+          log_size_ratio(*axes_px, blob, of_moments, has_grown(lamp, blob, colours_are_stated));
     return {light, 0};
   }
   const auto axes_px = predicted_axes_px(lamp, cam_from_world, scene.camera);
   if (!axes_px) return {light, seen_edge_on};
-  light.log_size = log_size_ratio(*axes_px, blob, rim_error);
+  light.log_size = log_size_ratio(*axes_px, blob, of_disc, blob.saturated);
   return {light, (*axes_px)[0] < edge_on * (*axes_px)[1] ? seen_edge_on : 0};
 }
 
@@ -216,7 +246,8 @@ PoseEvidence evidence_of(const Refined& refined, const Hypothesis& hypothesis,
     }
     seen.residual_px = scene.camera.difference_px(*px, blob.centroid_px);
     seen.covariance_px2 = blob.covariance_px2 + image_covariance_px2(lamp, cam_from_world, scene);
-    const auto [light, log_visible] = appearance(lamp, blob, cam_from_world, scene);
+    const auto [light, log_visible] =
+        appearance(lamp, blob, cam_from_world, scene, colours.is_active());
     lights.push_back(light);
     evidence.log_appearance += log_visible + log_code_ratio(lamp, blob, scene.lamps.size());
     add_shape(lamp, blob, cam_from_world, scene, growth_px, seen);
