@@ -325,6 +325,11 @@ void ColourDifference::describe(const ThresholdRule& rule,
       }
       measure_background(c);
     }
+    components.erase(std::remove_if(components.begin(), components.end(),
+                                    [&](const Component& c) {
+                                      return c.peak_dn < c.background_dn + rule.sigma * c.noise_dn;
+                                    }),
+                     components.end());
   });
 }
 

@@ -249,7 +249,8 @@ PoseEvidence evidence_of(const Refined& refined, const Hypothesis& hypothesis,
     const auto [light, log_visible] =
         appearance(lamp, blob, cam_from_world, scene, colours.is_active());
     lights.push_back(light);
-    evidence.log_appearance += log_visible + log_code_ratio(lamp, blob, scene.lamps.size());
+    evidence.log_appearance += log_visible + log_code_ratio(lamp, blob, scene.lamps.size()) +
+                               colours.log_ratio(residual.match.lamp, blob);
     add_shape(lamp, blob, cam_from_world, scene, growth_px, seen);
     evidence.lamps.push_back(seen);
   }

@@ -51,6 +51,34 @@ bool contradicts_colour(const Lamp& lamp, const Blob& blob) {
   return false;
 }
 
+double log_colour_ratio(const Lamp& lamp, const Blob& blob) {
+  // Of the false lights in a picture some are reflections of lamps or screens of their colour; most
+  // are lamps, windows and walls from 2700 to 7000 K, whose ln of red over blue varies by +-0.5.
+  constexpr double like_lamp = 0.1, white = 0.6, any = 0.3;
+  constexpr double white_sigma = 0.5;
+  constexpr double range = 6;  // of ln of a ratio: that of shares above `overlap`
+  if (!blob.colour) return 0;
+  const auto& clipped = blob.colour->clipped;
+  if (std::any_of(clipped.begin(), clipped.end(), [](bool is) { return is; })) return 0;
+  const Eigen::Array3d stated = (lamp.colour / lamp.colour.sum()).array() + overlap;
+  const Eigen::Array3d seen = blob.colour->share.array() + overlap;
+  const Eigen::Array3d variance = (blob.colour->sigma.array() / seen).square();
+  // The ratios to green of red and blue share the error of green.
+  const auto density = [&](const Eigen::Array3d& mean, double ratio_sigma) {
+    const Eigen::Array3d ln = (seen / mean).log();
+    const Eigen::Array3d v = variance + 0.5 * square(ratio_sigma);
+    const double x = ln[0] - ln[1], y = ln[2] - ln[1];
+    const double xx = v[0] + v[1], yy = v[2] + v[1], xy = v[1];
+    const double determinant = xx * yy - xy * xy;
+    const double chi2 = (yy * x * x - 2 * xy * x * y + xx * y * y) / determinant;
+    return std::exp(-0.5 * chi2) / (2 * pi * std::sqrt(determinant));
+  };
+  const double of_lamp = density(stated, lamp.colour_sigma);
+  const double of_white = density(Eigen::Array3d::Constant(1.0 / 3 + overlap), white_sigma);
+  const double of_light = like_lamp * of_lamp + white * of_white + any / square(range);
+  return std::log(std::max(of_lamp / of_light, 1e-300));
+}
+
 std::string colours_not_compared(const std::vector<Lamp>& lamps, const std::vector<Blob>& blobs) {
   const bool any = std::any_of(blobs.begin(), blobs.end(),
                                [](const Blob& blob) { return blob.colour.has_value(); });
@@ -78,6 +106,12 @@ bool ColourTest::contradicts(int lamp, const Blob& blob) const {
   if (!is_active()) return false;
   const int kind = kind_of_[static_cast<std::size_t>(lamp)];
   return contradicts_colour(kinds_[static_cast<std::size_t>(kind)], blob);
+}
+
+double ColourTest::log_ratio(int lamp, const Blob& blob) const {
+  if (!is_active()) return 0;
+  const int kind = kind_of_[static_cast<std::size_t>(lamp)];
+  return log_colour_ratio(kinds_[static_cast<std::size_t>(kind)], blob);
 }
 
 bool ColourTest::contradicts_all(const Blob& blob) const {

@@ -16,6 +16,7 @@ namespace {
 using internal::scene::colours_not_compared;
 using internal::scene::ColourTest;
 using internal::scene::contradicts_colour;
+using internal::scene::log_colour_ratio;
 using internal::scene::stated_colours;
 using test::complaint;
 
@@ -65,6 +66,22 @@ TEST(LampColours, BothSigmasCount) {
   EXPECT_FALSE(contradicts_colour(lamp, blob_of(seen, 0.05)));
   lamp.colour_sigma = 0.2;
   EXPECT_FALSE(contradicts_colour(lamp, blob_of(seen)));
+}
+
+// A green blob supports a green lamp. A white one hardly supports a white lamp, because most false
+// lights are white. The ratio is bounded, because one false light in ten has the lamp's colour.
+TEST(LampColours, RareColoursAreEvidence) {
+  EXPECT_GT(log_colour_ratio(lamp_of(green), blob_of(green)), 2);
+  EXPECT_LT(log_colour_ratio(lamp_of(green), blob_of(green)), std::log(10.0));
+  EXPECT_LT(log_colour_ratio(lamp_of(green), blob_of(white)), -2);
+  EXPECT_LT(log_colour_ratio(lamp_of(white), blob_of(white)), 1.5);
+  EXPECT_LT(log_colour_ratio(lamp_of(green), blob_of(green, 0.2)),
+            log_colour_ratio(lamp_of(green), blob_of(green)));
+  Blob blob = blob_of(green);
+  blob.colour->clipped[1] = true;
+  EXPECT_EQ(log_colour_ratio(lamp_of(green), blob), 0);
+  EXPECT_EQ(log_colour_ratio(lamp_of(green), Blob()), 0);
+  EXPECT_EQ(ColourTest({lamp_of(white)}).log_ratio(0, blob_of(green)), 0);
 }
 
 // A clipped channel has more light than it shows.

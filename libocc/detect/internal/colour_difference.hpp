@@ -74,8 +74,9 @@ class ColourDifference {
   /// channels are clipped. False for the coloured edges of other lights.
   bool has_colour(const Blob& blob) const;
 
-  /// Removes faint components of S, such as reflections of lamps, and replaces values: saturated
-  /// pixels by those of the given image, background and noise by those of D around the component.
+  /// Removes components of S that are faint, as reflections of lamps are, or within the noise of D
+  /// around them. Replaces values: saturated pixels by those of the given image, background and
+  /// noise by those of D around the component.
   void describe(const ThresholdRule& rule, std::vector<Component>& components) const;
 
  private:

@@ -71,7 +71,7 @@ class Search {
   void try_pair(const Pair& first, const Pair& second);
   bool extend_last_pose(const AssignmentProblem& near);
   void adopt(Search&& other);
-  void add_moved_poses();
+  void add_moved_poses(bool list_excluded);
   void add_poses_elsewhere();
   void search_by_alignment();
   void add_row();

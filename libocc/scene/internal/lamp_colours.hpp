@@ -23,6 +23,11 @@ LIBOCC_API std::vector<Eigen::Vector3d> stated_colours(const std::vector<Lamp>& 
 /// its colour.
 LIBOCC_API bool contradicts_colour(const Lamp& lamp, const Blob& blob);
 
+/// ln of the density ratio of a blob's colour: for the lamp normal about its stated colour; for a
+/// false light mostly that of white light or any colour, and of one in ten, such as reflections,
+/// that of the lamp. 0 for a blob without a colour or with clipped channels.
+LIBOCC_API double log_colour_ratio(const Lamp& lamp, const Blob& blob);
+
 /// Message if the lamps state colours and no blob has one, as in a grey image; empty otherwise.
 LIBOCC_API std::string colours_not_compared(const std::vector<Lamp>& lamps,
                                             const std::vector<Blob>& blobs);
@@ -36,6 +41,8 @@ class ColourTest {
   bool is_active() const { return !kinds_.empty(); }
   /// Index of the lamp.
   LIBOCC_API bool contradicts(int lamp, const Blob& blob) const;
+  /// See log_colour_ratio(); 0 if the test is not active.
+  LIBOCC_API double log_ratio(int lamp, const Blob& blob) const;
   /// True if the blob has a colour that no lamp permits.
   LIBOCC_API bool contradicts_all(const Blob& blob) const;
 
