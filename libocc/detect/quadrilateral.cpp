@@ -63,7 +63,7 @@ double lattice_points(const std::vector<Point>& hull) {
 
 /// Twice the area of the largest quadrilateral of corners of the hull: for each diagonal, the
 /// farthest corners on both sides.
-std::int64_t largest_quadrilateral(const std::vector<Point>& hull) {
+std::int64_t max_quadrilateral(const std::vector<Point>& hull) {
   std::int64_t best = 0;
   for (std::size_t i = 0; i < hull.size(); ++i)
     for (std::size_t j = i + 2; j < hull.size(); ++j) {
@@ -114,7 +114,7 @@ std::optional<Eigen::Vector2d> quadrilateral_centre(const Patch& patch,
   const std::vector<Point> hull = convex_hull(ends);
   if (hull.size() < min_corners || bright < min_filled * lattice_points(hull)) return std::nullopt;
   const double doubled = static_cast<double>(doubled_area(hull));
-  if (static_cast<double>(largest_quadrilateral(hull)) < min_spanned * doubled) return std::nullopt;
+  if (static_cast<double>(max_quadrilateral(hull)) < min_spanned * doubled) return std::nullopt;
   Eigen::Vector2d sum_of_centres = Eigen::Vector2d::Zero();
   for (std::size_t i = 1; i + 1 < hull.size(); ++i) {
     const Point &a = hull[0], &b = hull[i], &c = hull[i + 1];

@@ -52,8 +52,8 @@ bool contradicts_colour(const Lamp& lamp, const Blob& blob) {
 }
 
 double log_colour_ratio(const Lamp& lamp, const Blob& blob) {
-  // Of the false lights in a picture some are reflections of lamps or screens of their colour; most
-  // are lamps, windows and walls from 2700 to 7000 K, whose ln of red over blue varies by +-0.5.
+  // Some false lights in a picture are reflections of lamps, or screens of their colour. Most are
+  // lamps, windows and walls from 2700 to 7000 K, whose ln of red over blue varies by +-0.5.
   constexpr double like_lamp = 0.1, white = 0.6, any = 0.3;
   constexpr double white_sigma = 0.5;
   constexpr double range = 6;  // of ln of a ratio: that of shares above `overlap`

@@ -48,7 +48,7 @@ TEST(IdentifyColour, WhiteLightsAreNoCandidates) {
     EXPECT_TRUE(test::assignment_is_right(found->hypotheses.front(), view));
     EXPECT_EQ(found.message, "");
 
-    // The same as without these lights.
+    // These lights change nothing.
     std::vector<Blob> lamps;
     for (std::size_t i = 0; i < view.blobs.size(); ++i)
       if (view.lamp[i] >= 0) lamps.push_back(view.blobs[i]);

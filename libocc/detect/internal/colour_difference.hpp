@@ -49,7 +49,7 @@ double colour_distance(const Eigen::Vector3d& share, const Eigen::Vector3d& othe
 
 /// Blobs of one pass.
 struct PassBlobs {
-  Eigen::Vector3d share;  ///< of the pass's lamps
+  Eigen::Vector3d share;  ///< mean of the pass's lamps
   std::vector<Blob> blobs;
 };
 
@@ -66,7 +66,7 @@ class ColourDifference {
   ImageView view() const { return image_.view(); }        ///< D, 16 bits
   ImageView search_view() const { return pure_.view(); }  ///< S, 16 bits
   double levels_per_dn() const { return scale_; }         ///< levels of D and S per linear DN
-  double min_noise() const { return min_noise_; }  ///< by quantisation of dark pixels [levels]
+  double min_noise() const { return min_noise_; }  ///< noise of dark pixels by quantisation [levels]
   /// Noise model and full scale of view(); the rest is the given sensor's.
   const std::optional<Sensor>& sensor() const { return sensor_; }
 
@@ -86,7 +86,7 @@ class ColourDifference {
   void remove_dim_surroundings();
   void measure_background(Component& component) const;
 
-  Eigen::Vector3d purity_;  ///< of a colour's shares: share of D minus min_purity times white
+  Eigen::Vector3d purity_;  ///< weights of the shares of a colour in S
   ImageView original_;
   double clipped_from_dn_;
   Image image_, pure_;

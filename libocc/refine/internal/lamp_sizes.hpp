@@ -31,9 +31,9 @@ LIBOCC_API std::optional<Eigen::Array2d> predicted_axes_px(const Lamp& lamp,
 
 /// Semi-axes (minor, major) of the second moments of the light of a rectangle or Lame curve, two
 /// standard deviations, without blur; empty for other shapes or if the lamp is not visible.
-std::optional<Eigen::Array2d> predicted_light_axes_px(const Lamp& lamp,
-                                                      const Rigid3& cam_from_world,
-                                                      const Camera& camera);
+LIBOCC_API std::optional<Eigen::Array2d> predicted_light_axes_px(const Lamp& lamp,
+                                                                 const Rigid3& cam_from_world,
+                                                                 const Camera& camera);
 
 /// Message about a lamp whose size contradicts the pose; empty if there is none. Lamps identified
 /// by their codes, saturated lamps (their rims have grown) and lamps that were left out are not
