@@ -4,6 +4,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <limits>
 #include <optional>
 #include <vector>
@@ -29,6 +30,17 @@ struct Ellipse {
 
 /// Growth, shift in x and y, stretch along x and along the diagonal; see Blob::rim_covariance_px2.
 using RimErrorCovariance = Eigen::Matrix<double, 5, 5>;
+
+/// Colour of a blob: the shares of the red, green and blue channel in its linear light above the
+/// background, from its bright pixels. If most of these are clipped, `clipped` marks the channels
+/// at full scale.
+struct BlobColour {
+  Eigen::Vector3d share = Eigen::Vector3d::Constant(1.0 / 3);  ///< in [0, 1]; the sum is 1
+  Eigen::Vector3d sigma = Eigen::Vector3d::Zero();             ///< standard deviation of each share
+  /// The ratio of a clipped channel to another one is a lower bound. That of two clipped channels
+  /// is unknown.
+  std::array<bool, 3> clipped{};
+};
 
 /// One bright region. Uncertainties follow from the noise of the image.
 struct Blob {
@@ -67,6 +79,8 @@ struct Blob {
   /// Standard deviation of frequency_hz; infinite without it.
   double frequency_sigma_hz = std::numeric_limits<double>::infinity();
   std::optional<int> lamp_id;  ///< decoded from its blink code (decode/decode.hpp)
+  /// Only in an image with colour channels; empty for stripes.
+  std::optional<BlobColour> colour;
 };
 
 }  // namespace occ

@@ -19,9 +19,10 @@ enum class PixelType {
   u16,  ///< 0 to 65535, native byte order
 };
 
-/// Non-owning view of a grey (1 channel) or colour (3 or 4 interleaved channels) image. Colour is
-/// read as grey (c0 + 2 c1 + c2 + 2) / 4 rounded down, the same for RGB and BGR; a fourth channel
-/// is ignored.
+/// Non-owning view of a grey (1 channel) or colour (3 or 4 interleaved channels) image. The first
+/// three channels are red, green and blue; reverse them in images of OpenCV, which are BGR. Where
+/// colours are not compared, an image is read as grey (c0 + 2 c1 + c2 + 2) / 4 rounded down, the
+/// same for both orders. A fourth channel is ignored.
 struct ImageView {
   const void* data = nullptr;      ///< first byte of the first row; not owned
   int width = 0;                   ///< [px]

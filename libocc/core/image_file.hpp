@@ -14,7 +14,7 @@
 namespace occ {
 
 /// Reads an 8- or 16-bit image without scaling and without rotation by EXIF or TIFF tags; colour
-/// channels are in the order blue, green, red, and alpha is the fourth channel. Throws
+/// channels are in the order red, green, blue, and alpha is the fourth channel. Throws
 /// std::runtime_error with the file's name and the reason: missing, not an image, another format
 /// (with its name), truncated, corrupt, more than 2^28 pixels, or a pixel type other than 8- or
 /// 16-bit unsigned.

@@ -10,10 +10,6 @@
 
 #include "libocc/core/internal/image_codecs.hpp"
 
-#ifndef JCS_EXTENSIONS
-#error "libocc: libjpeg-turbo is needed (colours in the order blue, green, red)"
-#endif
-
 namespace occ::internal::core {
 
 namespace {
@@ -91,7 +87,7 @@ void read_header(JpegReader& reader) {
 
 void read_pixels(JpegReader& reader) {
   jpeg_decompress_struct& info = reader.info;
-  info.out_color_space = info.num_components == 1 ? JCS_GRAYSCALE : JCS_EXT_BGR;
+  info.out_color_space = info.num_components == 1 ? JCS_GRAYSCALE : JCS_RGB;
   jpeg_start_decompress(&info);
   while (info.output_scanline < info.output_height) {
     JSAMPROW row = reader.pixels + std::size_t{info.output_scanline} * reader.row_bytes;
@@ -159,7 +155,7 @@ void write_jpeg(JpegWriter& writer) {
   info.image_width = static_cast<JDIMENSION>(writer.image.width);
   info.image_height = static_cast<JDIMENSION>(writer.image.height);
   info.input_components = writer.image.channels;
-  info.in_color_space = writer.image.channels == 1 ? JCS_GRAYSCALE : JCS_EXT_BGR;
+  info.in_color_space = writer.image.channels == 1 ? JCS_GRAYSCALE : JCS_RGB;
   jpeg_set_defaults(&info);
   jpeg_set_quality(&info, written_quality, TRUE);
   jpeg_start_compress(&info, TRUE);

@@ -77,10 +77,7 @@ void set_conversion(PngReader& reader) {
   if (type == PNG_COLOR_TYPE_PALETTE) png_set_palette_to_rgb(reader.png);
   if (type == PNG_COLOR_TYPE_GRAY && bits < 8) png_set_expand_gray_1_2_4_to_8(reader.png);
   if (type == PNG_COLOR_TYPE_GRAY_ALPHA) png_set_gray_to_rgb(reader.png);
-  if ((type & PNG_COLOR_MASK_COLOR) != 0) {
-    png_set_bgr(reader.png);
-    if (has_transparency) png_set_tRNS_to_alpha(reader.png);
-  }
+  if ((type & PNG_COLOR_MASK_COLOR) != 0 && has_transparency) png_set_tRNS_to_alpha(reader.png);
   reader.passes = png_set_interlace_handling(reader.png);
   png_read_update_info(reader.png, reader.info);
 }
@@ -128,7 +125,6 @@ void write_png(PngWriter& writer) {
                static_cast<png_uint_32>(image.height), deep ? 16 : 8, type, PNG_INTERLACE_NONE,
                PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
   png_write_info(writer.png, writer.info);
-  if (image.channels > 1) png_set_bgr(writer.png);
   if (deep && little_endian) png_set_swap(writer.png);
   for (int y = 0; y < image.height; ++y) png_write_row(writer.png, image_row(image, y));
   png_write_end(writer.png, writer.info);

@@ -80,39 +80,33 @@ int channels_of_kind(char kind) {
   }
 }
 
-/// Index of a sample in the image: PPM stores red first.
-std::size_t place(std::size_t i, int channels) { return channels == 1 ? i : i - i % 3 + 2 - i % 3; }
-
 template <typename T>
-void read_text(NumberReader& numbers, std::uint32_t max_value, int channels, std::vector<T>& out) {
+void read_text(NumberReader& numbers, std::uint32_t max_value, std::vector<T>& out) {
   for (std::size_t i = 0; i < out.size(); ++i) {
     const std::uint32_t value = numbers.next("sample");
     if (value > max_value) {
       throw std::runtime_error("has a sample of " + std::to_string(value) +
                                ", above the maximum of its header, " + std::to_string(max_value));
     }
-    out[place(i, channels)] = static_cast<T>(value);
+    out[i] = static_cast<T>(value);
   }
 }
 
-/// Converts in place between the order of the file and that of images: bytes and colours.
+/// Converts in place between the order of bytes in the file and that in images.
 template <typename T>
-void reorder(T* samples, std::size_t count, int channels) {
+void reorder(T* samples, std::size_t count) {
   if (sizeof(T) == 2 && little_endian) {
     for (std::size_t i = 0; i < count; ++i) {
       samples[i] = static_cast<T>(samples[i] << 8 | samples[i] >> 8);
     }
   }
-  if (channels == 3) {
-    for (std::size_t i = 0; i < count; i += 3) std::swap(samples[i], samples[i + 2]);
-  }
 }
 
 template <typename T>
-void read_binary(std::string_view bytes, int channels, std::vector<T>& out) {
+void read_binary(std::string_view bytes, std::vector<T>& out) {
   if (bytes.size() / sizeof(T) < out.size()) throw std::runtime_error("is truncated: few pixels");
   std::memcpy(out.data(), bytes.data(), out.size() * sizeof(T));
-  reorder(out.data(), out.size(), channels);
+  reorder(out.data(), out.size());
 }
 
 template <typename T>
@@ -121,7 +115,7 @@ void append_rows(const ImageView& image, std::vector<unsigned char>& bytes) {
   std::vector<T> row(row_bytes / sizeof(T));
   for (int y = 0; y < image.height; ++y) {
     std::memcpy(row.data(), image_row(image, y), row_bytes);
-    reorder(row.data(), row.size(), image.channels);
+    reorder(row.data(), row.size());
     const auto* first = reinterpret_cast<const unsigned char*>(row.data());
     bytes.insert(bytes.end(), first, first + row_bytes);
   }
@@ -146,11 +140,9 @@ Image decode_pnm(std::string_view bytes) {
   Image image = make_image(static_cast<int>(width), static_cast<int>(height), channels,
                            deep ? PixelType::u16 : PixelType::u8);
   if (is_text) {
-    deep ? read_text(numbers, max_value, channels, image.u16)
-         : read_text(numbers, max_value, channels, image.u8);
+    deep ? read_text(numbers, max_value, image.u16) : read_text(numbers, max_value, image.u8);
   } else {
-    deep ? read_binary(numbers.rest(), channels, image.u16)
-         : read_binary(numbers.rest(), channels, image.u8);
+    deep ? read_binary(numbers.rest(), image.u16) : read_binary(numbers.rest(), image.u8);
   }
   return image;
 }

@@ -214,7 +214,7 @@ struct Block {
   unsigned plane;
 };
 
-/// Copies a block; RGB becomes blue, green, red.
+/// Copies a block.
 template <typename T>
 void copy_block(const Layout& layout, const Block& block, const std::vector<T>& from, Image& image,
                 std::vector<T>& to) {
@@ -226,9 +226,8 @@ void copy_block(const Layout& layout, const Block& block, const std::vector<T>& 
     T* out = to.data() + (std::size_t{block.y + y} * layout.width + block.x) * channels;
     for (unsigned s = 0; s < stored; ++s) {
       const unsigned sample = layout.separate ? block.plane : s;
-      const unsigned channel = channels >= 3 && sample < 3 ? 2 - sample : sample;
       for (std::uint32_t x = 0; x < block.width; ++x) {
-        out[x * std::size_t{channels} + channel] =
+        out[x * std::size_t{channels} + sample] =
             static_cast<T>(in[x * std::size_t{stored} + s] ^ flip);
       }
     }
@@ -287,13 +286,9 @@ void set_tags(TIFF* tiff, const ImageView& image) {
 template <typename T>
 void write_rows(TIFF* tiff, const TiffMemory& memory, const ImageView& image, const char* what) {
   const std::size_t row_bytes = image_row_bytes(image);
-  const auto channels = static_cast<std::size_t>(image.channels);
   std::vector<T> row(row_bytes / sizeof(T));  // libtiff modifies it
   for (int y = 0; y < image.height; ++y) {
     std::memcpy(row.data(), image_row(image, y), row_bytes);
-    for (std::size_t i = 0; channels > 1 && i < row.size(); i += channels) {
-      std::swap(row[i], row[i + 2]);
-    }
     if (TIFFWriteScanline(tiff, row.data(), static_cast<std::uint32_t>(y), 0) != 1) {
       fail(memory, what);
     }

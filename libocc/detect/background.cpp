@@ -149,7 +149,7 @@ double quantisation_step(const Samples& lanes) {
 
 }  // namespace
 
-Background::Background(const ImageView& image, const Sensor* sensor) {
+Background::Background(const ImageView& image, const Sensor* sensor, double min_noise_dn) {
   Meshes& m = meshes_;
   m.size_px = mesh_size(image.width, image.height);
   m.columns = (image.width + m.size_px - 1) / m.size_px;
@@ -174,11 +174,12 @@ Background::Background(const ImageView& image, const Sensor* sensor) {
     m.level[i] = sum / 7 - level_bias * m.noise[i];
   }
   measure_clipped_noise(sorted, differences, step, m.noise);
-  fill_bright_regions(image, floor_dn * step, m);
+  const double min_noise = std::max(floor_dn * step, min_noise_dn);
+  fill_bright_regions(image, min_noise, m);
   median_filter(m.level, m.columns, m.rows);
   median_filter(m.noise, m.columns, m.rows);
   for (std::size_t i = 0; i < count; ++i) {
-    double floor = floor_dn * step;
+    double floor = min_noise;
     if (sensor && sensor->response == Response::linear) {
       const double signal_e = (m.level[i] - sensor->black_level_dn) / sensor->gain_dn_per_e;
       floor = std::max(floor, sensor->noise_dn(std::max(0.0, signal_e)));

@@ -3,11 +3,16 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string>
 #include <tuple>
+#include <utility>
 
 #include "libocc/core/internal/fields.hpp"
+#include "libocc/core/internal/vector_text.hpp"
 #include "libocc/core/require.hpp"
 #include "libocc/detect/internal/background.hpp"
+#include "libocc/detect/internal/blob_colour.hpp"
+#include "libocc/detect/internal/colour_difference.hpp"
 #include "libocc/detect/internal/components.hpp"
 #include "libocc/detect/internal/detect_fields.hpp"
 #include "libocc/detect/internal/linear_image.hpp"
@@ -42,11 +47,106 @@ Image negative(const ImageView& image) {
   return grey;
 }
 
+ThresholdRule rule_of(const DetectOptions& options, const LinearImage& linear) {
+  ThresholdRule rule;
+  rule.sigma = options.threshold_sigma;
+  rule.level_dn = options.threshold_dn;
+  rule.full_scale_dn = linear.full_scale_dn();
+  rule.min_area_px = options.min_area_px;
+  return rule;
+}
+
+/// Measures the components of one pass. `image` and `channels`: the image whose channels give the
+/// colours.
+std::vector<Blob> measure_all(const LinearImage& linear, const DetectOptions& options,
+                              std::vector<Component>& components, const ImageView& image,
+                              const LinearImage& channels) {
+  std::vector<Blob> blobs;
+  if (stripes_enabled(options)) blobs = take_striped_lamps(linear, options, components);
+  keep_brightest(components, options.max_blobs);
+  blobs.reserve(blobs.size() + components.size());
+  Patch scratch;
+  for (const Component& component : components) {
+    blobs.push_back(measure(linear, component, options, scratch));
+    if (image.channels >= 3)
+      blobs.back().colour = measure_colour(image, channels, component, scratch);
+  }
+  return blobs;
+}
+
+const Sensor* sensor_of(const DetectOptions& options) {
+  return options.sensor ? &*options.sensor : nullptr;
+}
+
+std::vector<Blob> detect_grey(const ImageView& image, const DetectOptions& options) {
+  const LinearImage linear(image, sensor_of(options));
+  const Background background(image, sensor_of(options));
+  std::vector<Component> components = find_components(image, background, rule_of(options, linear));
+  std::vector<Blob> blobs = measure_all(linear, options, components, image, linear);
+  std::sort(blobs.begin(), blobs.end(), comes_before);
+  return blobs;
+}
+
+/// Converts the levels of a colour difference to linear grey levels of the image.
+void scale_levels(double factor, std::vector<Blob>& blobs) {
+  for (Blob& blob : blobs)
+    for (double* level :
+         {&blob.flux_dn, &blob.flux_sigma_dn, &blob.peak_dn, &blob.background_dn, &blob.noise_dn})
+      *level *= factor;
+}
+
+std::vector<Blob> detect_colour(const ImageView& image, const LinearImage& channels,
+                                const Eigen::Vector3d& share, const DetectOptions& given) {
+  const ColourDifference difference(image, channels, share, sensor_of(given));
+  DetectOptions options = given;
+  options.sensor = difference.sensor();
+  if (given.threshold_dn)
+    options.threshold_dn = difference.levels_per_dn() * channels.linear_dn(*given.threshold_dn);
+  const LinearImage linear(difference.view(), sensor_of(options));
+  const ImageView search = difference.search_view();
+  // As in grey, the noise model is that of a linear image. Other images went through a camera's
+  // processing, which changes their noise.
+  const bool is_raw = given.sensor && given.sensor->response == Response::linear;
+  const Background background(search, is_raw ? sensor_of(options) : nullptr,
+                              difference.min_noise());
+  const ThresholdRule rule = rule_of(options, linear);
+  std::vector<Component> components = find_components(search, background, rule);
+  difference.describe(rule, components);
+  std::vector<Blob> blobs = measure_all(linear, options, components, image, channels);
+  blobs.erase(std::remove_if(
+                  blobs.begin(), blobs.end(),
+                  [&](const Blob& blob) { return !blob.striped && !difference.has_colour(blob); }),
+              blobs.end());
+  scale_levels(1 / difference.levels_per_dn(), blobs);
+  return blobs;
+}
+
+/// One pass for each group of colours. Of blobs that two passes find, the one remains whose colour
+/// is closer to that of its pass.
+std::vector<Blob> detect_by_colour(const ImageView& image, const DetectOptions& options) {
+  const LinearImage channels(image, sensor_of(options));
+  std::vector<ColourGroup> groups = group_colours(options.colours);
+  std::vector<PassBlobs> passes;
+  for (const ColourGroup& group : groups)
+    passes.push_back({group.share, group.saturated
+                                       ? detect_colour(image, channels, group.share, options)
+                                       : detect_grey(image, options)});
+  std::vector<Blob> blobs = without_duplicates(std::move(passes));
+  std::sort(blobs.begin(), blobs.end(), comes_before);
+  if (blobs.size() > static_cast<std::size_t>(options.max_blobs))
+    blobs.resize(static_cast<std::size_t>(options.max_blobs));
+  return blobs;
+}
+
 }  // namespace
 
 void DetectOptions::validate() const {
   internal::core::check_fields(*this, detect_fields, "");
   if (sensor) sensor->validate();
+  for (std::size_t i = 0; i < colours.size(); ++i)
+    require(colours[i].allFinite() && colours[i].minCoeff() >= 0 && colours[i].maxCoeff() > 0,
+            "colours[" + std::to_string(i) + "]", internal::core::vector_text(colours[i]),
+            "three numbers, zero or positive, not all zero");
   if (dark) require(!sensor, "sensor", "one", "none when dark blobs are looked for");
   if (stripes.value_or(false)) {
     require(sensor.has_value(), "sensor", "none", "given when stripes are to be read");
@@ -63,25 +163,8 @@ std::vector<Blob> detect(const ImageView& image, const DetectOptions& options) {
     bright.dark = false;
     return detect(negative(image).view(), bright);
   }
-  const Sensor* sensor = options.sensor ? &*options.sensor : nullptr;
-  const LinearImage linear(image, sensor);
-  const Background background(image, sensor);
-  ThresholdRule rule;
-  rule.sigma = options.threshold_sigma;
-  rule.level_dn = options.threshold_dn;
-  rule.full_scale_dn = linear.full_scale_dn();
-  rule.min_area_px = options.min_area_px;
-  std::vector<Component> components = find_components(image, background, rule);
-
-  std::vector<Blob> blobs;
-  if (stripes_enabled(options)) blobs = take_striped_lamps(linear, options, components);
-  keep_brightest(components, options.max_blobs);
-  blobs.reserve(blobs.size() + components.size());
-  Patch scratch;
-  for (const Component& component : components)
-    blobs.push_back(measure(linear, component, options, scratch));
-  std::sort(blobs.begin(), blobs.end(), comes_before);
-  return blobs;
+  if (image.channels >= 3 && !options.colours.empty()) return detect_by_colour(image, options);
+  return detect_grey(image, options);
 }
 
 }  // namespace occ

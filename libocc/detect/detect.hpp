@@ -5,8 +5,13 @@
 // of the noise) to connected components and sums their grey-level moments. Each component is then
 // measured with sub-pixel accuracy: the rim of a disc, the centre of a spot, or the blink frequency
 // of a lamp that a rolling shutter shows as stripes. The defaults need no tuning.
+//
+// A lamp of a saturated colour c is found in a difference of the channels of linear light, w . L
+// with w ~ c - mean(c). White light does not change it, since w . (1, 1, 1) = 0. The response of
+// the channels is the sensor's: an image that is stored as sRGB needs Sensor::response = srgb.
 #pragma once
 
+#include <Eigen/Core>
 #include <optional>
 #include <vector>
 
@@ -36,6 +41,12 @@ struct LIBOCC_API DetectOptions {
   /// Join rolling-shutter stripes and measure frequencies; needs sensor->row_time_s > 0. Default:
   /// true if the row time is positive.
   std::optional<bool> stripes;
+  /// Colours of the lamps to be found in an image of three or four channels: response of red, green
+  /// and blue (any positive scale). A saturated colour is searched in a colour difference, where
+  /// white lights and grey walls vanish even if they touch the lamp; levels are then those of
+  /// linear light, scaled as for a lamp of this colour in grey. Other colours, and an empty list,
+  /// are searched in grey. Ignored for a grey image. locate() sets it from the scene.
+  std::vector<Eigen::Vector3d> colours;
   double max_frequency_hz = 20000;  ///< highest frequency searched; also limited to the first null
                                     ///< of the exposure, 1 / exposure_s
 

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "libocc/core/math.hpp"
+#include "libocc/detect/internal/quadrilateral.hpp"
 #include "libocc/detect/internal/subpixel.hpp"
 
 namespace occ::internal::detect {
@@ -27,7 +28,8 @@ constexpr double pixel_px2 = 1.0 / 12;        // variance of a uniform distribut
 constexpr double pulled_chi2 = 4;             // max chi-square of the difference of two centres
 constexpr double min_elongation = 1.2;        // min axis ratio of two lamps in one blob
 constexpr double min_dip = 0.1, dip_sigmas = 5;  // min dip between two lamps: of the peak, of noise
-constexpr int skirt_px = 2;                      // light just outside the box, below the threshold
+constexpr double min_dip_of_quadrilateral = 0.5;  // uneven or clipped light of one lamp dips less
+constexpr int skirt_px = 2;                       // light just outside the box, below the threshold
 
 /// Ellipse of uniform brightness with these second moments (semi-axes: two standard deviations).
 Ellipse ellipse_of(const Eigen::Vector2d& centre, const Eigen::Matrix2d& moments) {
@@ -98,8 +100,9 @@ void inflate_if_inconsistent(const Component& component, double threshold_dn, Bl
     blob.covariance_px2 += apart * apart.transpose();
 }
 
-/// True if the light along the blob's major axis falls and rises again: two lamps side by side.
-bool has_valley(const Patch& patch, const Ellipse& ellipse) {
+/// True if the light along the blob's major axis falls by a share of its peak and rises again: two
+/// lamps side by side.
+bool has_valley(const Patch& patch, const Ellipse& ellipse, double min_dip) {
   if (ellipse.semi_major_px < min_elongation * ellipse.semi_minor_px) return false;
   const Eigen::Vector2d along(std::cos(ellipse.angle_rad), std::sin(ellipse.angle_rad));
   double peak = 0, valley = 0, dip = 0;
@@ -209,13 +212,24 @@ bool use_spot(const std::optional<Spot>& spot, double blur2, Blob& blob) {
   return true;
 }
 
+/// The light of an unevenly lit lamp has another centre than its outline, which lacks the dimmest
+/// part: half of the difference remains as an error. Of an evenly lit lamp the light is more
+/// accurate.
+void use_outline(const Eigen::Vector2d& centre_px, Blob& blob) {
+  constexpr double uneven_px = 1;  // more than the error of an outline of whole pixels
+  const Eigen::Vector2d apart = centre_px - blob.centroid_px;
+  blob.covariance_px2 += 0.25 * apart * apart.transpose();
+  if (apart.norm() > uneven_px) blob.centroid_px = centre_px;
+}
+
 /// Measures the centre: by the rim if there is one, else as a spot, else by moments.
 void measure_centre(const Patch& patch, const Component& component, const DetectOptions& options,
-                    Blob& blob) {
+                    Blob& blob, bool& is_quadrilateral) {
   const double psf_px = options.sensor ? options.sensor->psf_sigma_px : default_psf_px;
   const double blur2 = psf_px * psf_px + pixel_px2;
   const double minor2 = blob.ellipse.semi_minor_px * blob.ellipse.semi_minor_px - 4 * blur2;
   const bool clipped = component.saturated_px > saturated_share * component.area_px;
+  std::optional<Eigen::Vector2d> outline_centre;
   const bool has_rim = options.rims && minor2 > min_rim_px * min_rim_px;
   if (has_rim) {
     if (use_rim(clipped ? measure_saturated_rim(patch, component)
@@ -234,6 +248,10 @@ void measure_centre(const Patch& patch, const Component& component, const Detect
                     blob)) {
       return;
     }
+    // Too small or too uneven for that, or its outline is another one.
+    outline_centre = blob.merged ? quadrilateral_centre(patch, component) : std::nullopt;
+    is_quadrilateral = outline_centre.has_value();
+    if (is_quadrilateral) blob.merged = false;
   }
   if (minor2 < max_spot_px * max_spot_px && !blob.merged) {
     Eigen::Matrix2d start = component.grey.variance();
@@ -243,6 +261,7 @@ void measure_centre(const Patch& patch, const Component& component, const Detect
     if (use_spot(measure_spot(patch, blob.centroid_px, start, min_variance), blur2, blob)) return;
   }
   measure_moments(patch, component, blur2, blob);
+  if (outline_centre) use_outline(*outline_centre, blob);
   if (has_rim) inflate_if_asymmetric(blob);
 }
 
@@ -263,9 +282,11 @@ Blob measure(const LinearImage& image, const Component& component, const DetectO
   blob.noise_dn = std::sqrt(scratch.noise().floor);
   measure_flux(scratch, component, blob);
 
-  measure_centre(scratch, component, options, blob);
+  bool is_quadrilateral = false;
+  measure_centre(scratch, component, options, blob, is_quadrilateral);
   if (!blob.rim.empty() && (blob.corners_px.empty() || !blob.cut_by_border)) return blob;
-  blob.merged = blob.merged || has_valley(scratch, blob.ellipse);
+  const double dip = is_quadrilateral ? min_dip_of_quadrilateral : min_dip;
+  blob.merged = blob.merged || has_valley(scratch, blob.ellipse, dip);
   if (blob.merged || blob.cut_by_border) {
     inflate_covariance(blob);
   } else {

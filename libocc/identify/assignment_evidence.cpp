@@ -9,6 +9,7 @@
 #include "libocc/geometry/internal/derivative_by_pose.hpp"
 #include "libocc/identify/internal/brightness.hpp"
 #include "libocc/identify/internal/prior_gate.hpp"
+#include "libocc/scene/internal/lamp_colours.hpp"
 
 namespace occ::internal::identify {
 namespace {
@@ -95,10 +96,13 @@ double log_visibility(const AssignmentProblem& problem, const MapPoint& map_poin
 }
 
 double log_appearance(const AssignmentProblem& problem, const PoseHypothesis& e, bool powers_fit) {
+  const scene::ColourTest colours(problem.scene ? problem.scene->lamps : std::vector<Lamp>());
   double log = 0;
   for (const Pair& pair : e.pairs) {
     const BearingObservation& observation = problem.observation(pair.observation);
     const MapPoint& map_point = problem.map_point(pair.map_point);
+    log += colours.log_ratio(pair.map_point,
+                             (*problem.blobs)[static_cast<std::size_t>(observation.blob)]);
     log += log_code_ratio(observation, problem.map_points.size()) +
            log_visibility(problem, map_point, e.estimate.pose);
     if (problem.options->use_brightness)
@@ -113,7 +117,7 @@ int count_blobs(const AssignmentProblem& problem) {
   std::vector<char> counts(problem.blobs->size());
   for (std::size_t i = 0; i < counts.size(); ++i) {
     const Blob& blob = (*problem.blobs)[i];
-    counts[i] = !blob.cut_by_border && !blob.merged;
+    counts[i] = !blob.cut_by_border && !blob.merged && !problem.foreign[i];
   }
   for (const BearingObservation& observation : problem.observations)
     counts[static_cast<std::size_t>(observation.blob)] = 1;

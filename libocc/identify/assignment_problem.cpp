@@ -9,6 +9,7 @@
 #include <numeric>
 
 #include "libocc/core/math.hpp"
+#include "libocc/scene/internal/lamp_colours.hpp"
 #include "libocc/scene/internal/vignetting.hpp"
 
 namespace occ::internal::identify {
@@ -281,21 +282,36 @@ void exclude_by_code(AssignmentProblem& problem) {
       problem.observations.end());
 }
 
-// Adds the whole blobs as observations. A merged blob is used like a whole one if fewer than three
-// are whole and a frequency or a prior can confirm the result, because its centroid is inaccurate.
+// Removes the lamps that the blob's colour contradicts. Returns false if none remains.
+bool exclude_by_colour(const ColourTest& colours, const Blob& blob, BearingObservation& s) {
+  if (!colours.is_active() || !blob.colour || s.lamps.empty()) return true;
+  const auto contradicted = [&](int lamp) { return colours.contradicts(lamp, blob); };
+  s.lamps.erase(std::remove_if(s.lamps.begin(), s.lamps.end(), contradicted), s.lamps.end());
+  return !s.lamps.empty();
+}
+
+// Adds the whole blobs as observations. Blobs of another colour than all lamps are left out. A
+// merged blob is used like a whole one if fewer than three are whole and a frequency or a prior can
+// confirm the result, because its centroid is inaccurate.
 void add_observations(AssignmentProblem& problem) {
   const std::vector<Blob>& blobs = *problem.blobs;
+  const ColourTest colours(problem.scene ? problem.scene->lamps : std::vector<Lamp>());
   const auto is_cut = [](const Blob& b) { return b.cut_by_border && !is_almost_whole(b); };
-  const auto whole = std::count_if(blobs.begin(), blobs.end(),
-                                   [&](const Blob& b) { return !is_cut(b) && !b.merged; });
+  std::ptrdiff_t whole = 0;
+  for (const Blob& blob : blobs) {
+    problem.foreign.push_back(colours.contradicts_all(blob));
+    whole += !problem.foreign.back() && !is_cut(blob) && !blob.merged;
+  }
   const bool prior = problem.options->prior && !problem.options->prior->empty();
   for (int i = 0; i < static_cast<int>(blobs.size()); ++i) {
+    if (problem.foreign[static_cast<std::size_t>(i)]) continue;
     const Blob& blob = blobs[i];
     const bool serves = whole < 3 && (blob.frequency_hz || prior);
     if (is_cut(blob) || (blob.merged && !serves)) {
       problem.partial_blobs.push_back(i);
     } else if (std::optional<BearingObservation> s = make_observation(problem, i)) {
       assign_by_code(*s, problem);
+      if (!exclude_by_colour(colours, blob, *s)) continue;
       exclude_by_shape(*s, problem);
       if (s->lamps.empty() && !blob.corners_px.empty())
         problem.partial_blobs.push_back(i);

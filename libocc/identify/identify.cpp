@@ -15,10 +15,12 @@
 #include "libocc/identify/internal/search.hpp"
 #include "libocc/identify/internal/search_by_corners.hpp"
 #include "libocc/identify/internal/verdict.hpp"
+#include "libocc/scene/internal/lamp_colours.hpp"
 
 namespace occ {
 
 using namespace internal::identify;
+using internal::scene::colours_not_compared;
 namespace {
 
 constexpr int max_more_missed =
@@ -102,6 +104,10 @@ void set_message(Result<Identification>& result, const AssignmentProblem& proble
   if (search.cut_short())
     add() << search.limit_reached() << ", with " << std::ceil(100 * search.untried())
           << " % of the groups of blobs untried";
+  if (problem.scene) {
+    const std::string note = colours_not_compared(problem.scene->lamps, *problem.blobs);
+    if (!note.empty()) add() << note;
+  }
   result.message = text.str();
 }
 

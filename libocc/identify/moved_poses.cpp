@@ -13,7 +13,7 @@
 namespace occ::internal::identify {
 namespace {
 
-constexpr std::size_t max_motions = 16;  // those that map the most lamps
+constexpr std::size_t max_motions = 64;  // those that map the most lamps; a ring of 16 has 31
 
 struct Motion {
   Rigid3 moved;  // of the map
@@ -123,6 +123,38 @@ std::vector<Motion> motions_of(const AssignmentProblem& problem, const std::vect
   return motions;
 }
 
+// Returns the best pose moved with all its pairs; empty if a lamp is mapped to none, to one that
+// its blob cannot be or that faces away, or if the pairs fit much worse. One of several equal poses
+// may have found its last pair, at the limit of a gate, by rounding alone.
+std::optional<PoseHypothesis> moved_pairs(const AssignmentProblem& problem,
+                                          const PoseHypothesis& best, const Rigid3& motion,
+                                          double tolerance_m) {
+  PoseHypothesis moved;
+  for (const Pair& p : best.pairs) {
+    const Eigen::Vector3d to = motion * problem.map_point(p.map_point).centre;
+    int nearest = -1;
+    double nearest2 = tolerance_m * tolerance_m;
+    for (int t = 0; t < static_cast<int>(problem.map_points.size()); ++t) {
+      const double off2 = (problem.map_point(t).centre - to).squaredNorm();
+      const bool used = std::any_of(moved.pairs.begin(), moved.pairs.end(),
+                                    [&](const Pair& other) { return other.map_point == t; });
+      if (!(off2 < nearest2) || used || !problem.allows(p.observation, t)) continue;
+      nearest = t;
+      nearest2 = off2;
+    }
+    if (nearest < 0) return std::nullopt;
+    moved.pairs.push_back({p.observation, nearest});
+  }
+  moved.estimate = fit_pose(problem, moved.pairs, best.estimate.pose * motion.inverse());
+  const Eigen::Vector3d camera = moved.estimate.pose.origin_in_source();
+  for (const Pair& p : moved.pairs)
+    if (!faces(problem.map_point(p.map_point), camera)) return std::nullopt;
+  const FittedPose as_found = fit_pose(problem, best.pairs, best.estimate.pose);
+  if (moved.estimate.chi2 > as_found.chi2 + max_hypothesis_delta_chi2) return std::nullopt;
+  moved.chi2 = moved.estimate.chi2;
+  return moved;
+}
+
 // Error of a lamp's place that the gates of blobs and poses permit.
 double tolerance_m(const AssignmentProblem& problem, const PoseHypothesis& e) {
   double sum = 0;
@@ -134,15 +166,16 @@ double tolerance_m(const AssignmentProblem& problem, const PoseHypothesis& e) {
 
 }  // namespace
 
-// The poses are verified without the prior. Those within six sigma of it become hypotheses.
-void Search::add_moved_poses() {
+// The poses are verified without the prior. Those within six sigma of it become hypotheses, others
+// are listed as excluded if this is requested.
+void Search::add_moved_poses(bool list_excluded) {
   if (found_.empty() || found_.front().pairs.size() < 4) return;
   const PoseHypothesis best = found_.front();
   const std::optional<Corner> corner = corner_of(problem_, best.pairs);
   if (!corner) return;
-  excluded_listed_ = true;
-  const std::vector<Motion> motions =
-      motions_of(problem_, best.pairs, *corner, tolerance_m(problem_, best));
+  excluded_listed_ = list_excluded;
+  const double place_m = tolerance_m(problem_, best);
+  const std::vector<Motion> motions = motions_of(problem_, best.pairs, *corner, place_m);
   if (motions.empty()) return;
   IdentifyOptions options = *problem_.options;
   options.prior.reset();
@@ -156,11 +189,13 @@ void Search::add_moved_poses() {
     const std::vector<Pair> three(assignment.begin(), assignment.end());
     const FittedPose seed = fit_pose(open, three, best.estimate.pose * motion.moved.inverse());
     if (appearance_agrees(open, assignment, seed.pose)) free.consider(seed, assignment);
+    if (motion.mapped < static_cast<int>(best.pairs.size())) continue;
+    if (auto moved = moved_pairs(open, best, motion.moved, place_m)) free.keep(std::move(*moved));
   }
   free.merge_and_rank();
   for (PoseHypothesis& e : free.found_) {
     if (!agrees_with_prior(problem_, e)) {
-      excluded_.push_back(std::move(e));
+      if (list_excluded) excluded_.push_back(std::move(e));
       continue;
     }
     const double chi2 = e.estimate.chi2;

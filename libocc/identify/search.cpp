@@ -87,7 +87,11 @@ void Search::run() {
   // In a regular map a moved pose may match some of the blobs that the best pose leaves.
   const bool leaves_blobs =
       !found_.empty() && found_.front().pairs.size() < problem_.observations.size();
-  if (cut_short_ || last_pose || leaves_blobs) add_moved_poses();
+  // With fewer pairs, a rival needs as many as the best (fewer_pairs), and rounding may cost it
+  // one.
+  const bool is_weak = !found_.empty() && found_.front().pairs.size() < strong_pairs;
+  const bool may_be_elsewhere = cut_short_ || last_pose || leaves_blobs;
+  if (may_be_elsewhere || is_weak) add_moved_poses(may_be_elsewhere);
   if (prior_) add_poses_elsewhere();
   penalise_fewer_pairs();
 }

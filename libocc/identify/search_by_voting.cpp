@@ -10,6 +10,8 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <utility>
 
 #include "libocc/core/statistics.hpp"
 #include "libocc/identify/internal/search.hpp"
@@ -49,6 +51,25 @@ std::vector<Pair> pairs_near(const AssignmentProblem& problem, const ScoredPose&
 }
 
 }  // namespace
+
+void WaitingPoses::add(std::vector<ScoredPose>& scored) {
+  for (ScoredPose& pose : scored) {
+    const auto inliers = static_cast<std::size_t>(std::max(pose.inliers, 0));
+    if (by_inliers_.size() <= inliers) by_inliers_.resize(inliers + 1);
+    by_inliers_[inliers].push_back(std::move(pose));
+  }
+  scored.clear();
+}
+
+std::vector<ScoredPose> WaitingPoses::take(int min_inliers) {
+  std::vector<ScoredPose> taken;
+  const auto from = static_cast<std::size_t>(std::max(min_inliers, 0));
+  for (std::size_t inliers = by_inliers_.size(); inliers-- > from;) {
+    std::move(by_inliers_[inliers].begin(), by_inliers_[inliers].end(), std::back_inserter(taken));
+    by_inliers_[inliers].clear();
+  }
+  return taken;
+}
 
 void Search::search_by_voting() {
   HypothesisVoting voting(problem_, covisibility_);
@@ -108,7 +129,8 @@ void Search::run_voting(const VotingMethod& method) {
 void Search::vote_by_levels(const VotingMethod& method, TripleOrder& order, int distant_outliers) {
   const int group = group_size(), enough = std::max(prior_ ? 3 : 4, problem_.min_pairs);
   const int blobs = static_cast<int>(problem_.observations.size());
-  std::vector<ScoredPose> candidates;
+  std::vector<ScoredPose> scored;
+  WaitingPoses candidates;  // most poses wait for a level that is never reached
   for (int level = blobs; level >= std::max(enough, best_support_ - fewer_pairs()) && !cut_short_;
        --level) {
     const auto max_outliers = [&] {
@@ -117,7 +139,8 @@ void Search::vote_by_levels(const VotingMethod& method, TripleOrder& order, int 
     };
     while (const auto triple = order.next(max_outliers())) {
       if (enough_groups(groups_++)) return;
-      method.score(triple->observations, enough - group, candidates);
+      method.score(triple->observations, enough - group, scored);
+      candidates.add(scored);
       statistics_ = method.statistics();
       verify_best(candidates,
                   std::max(std::min(level, strong_pairs), best_support_ - fewer_pairs()) - group);
@@ -150,21 +173,17 @@ int Search::group_size() const {
 }
 
 // Verifies the candidates with enough inliers, best first, and removes them from the list.
-void Search::verify_best(std::vector<ScoredPose>& candidates, int min_inliers) {
-  const auto rest =
-      std::stable_partition(candidates.begin(), candidates.end(),
-                            [&](const ScoredPose& v) { return v.inliers >= min_inliers; });
-  std::stable_sort(candidates.begin(), rest,
-                   [](const ScoredPose& a, const ScoredPose& b) { return a.inliers > b.inliers; });
-  for (auto candidate = candidates.begin(); candidate != rest && !cut_short_; ++candidate)
-    if (candidate->inliers + static_cast<int>(candidate->assignment.size()) >=
-            best_support_ - fewer_pairs() &&
-        !is_duplicate(*candidate)) {
-      consider(*candidate);
-      cut_short_ = reached_limit();
-    }
+void Search::verify_best(WaitingPoses& candidates, int min_inliers) {
+  for (const ScoredPose& candidate : candidates.take(min_inliers)) {
+    if (cut_short_) break;
+    if (candidate.inliers + static_cast<int>(candidate.assignment.size()) <
+            best_support_ - fewer_pairs() ||
+        is_duplicate(candidate))
+      continue;
+    consider(candidate);
+    cut_short_ = reached_limit();
+  }
   cut_short_ = reached_limit();
-  candidates.erase(candidates.begin(), rest);
 }
 
 bool Search::reached_limit() const {

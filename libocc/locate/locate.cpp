@@ -20,6 +20,7 @@
 #include "libocc/refine/internal/pose_evidence.hpp"
 #include "libocc/refine/internal/ranking.hpp"
 #include "libocc/refine/internal/scene_errors.hpp"
+#include "libocc/scene/internal/lamp_colours.hpp"
 
 namespace occ {
 
@@ -267,6 +268,8 @@ Result<Fix> locate_blobs(const std::vector<Blob>& blobs, const Scene& scene,
                       "the prior excludes the most probable pose: check the prior";
   if (!(fix.risk <= options.max_risk))
     result.message += suspects(*refinement.poses.front().refined, blobs, scene);
+  const std::string no_colours = internal::scene::colours_not_compared(scene.lamps, blobs);
+  if (!no_colours.empty()) result.message += (result.message.empty() ? "" : "; ") + no_colours;
   const int untried_percent = static_cast<int>(std::ceil(100 * identified->untried));
   if (fix.cut_short)
     result.message += std::string(result.message.empty() ? "" : "; ") +
@@ -317,6 +320,8 @@ Result<Fix> locate(const ImageView& image, const Scene& scene, const LocateOptio
   DetectOptions detect_options = options.detect;
   if (!detect_options.sensor) detect_options.sensor = valid.sensor;
   detect_options.polygons = detect_options.polygons && valid.has_straight_sides();
+  if (detect_options.colours.empty())
+    detect_options.colours = internal::scene::stated_colours(valid.lamps);
   const std::vector<Blob> blobs = detect(image, detect_options);
   const double detect_s = clock.seconds();
   Result<Fix> result = locate_blobs(blobs, valid, options, &image, clock);

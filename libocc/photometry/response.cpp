@@ -277,7 +277,7 @@ Sensor with_response(Sensor sensor, const RecoveredResponse& response, int sampl
   sensor.channels.resize(3);
   for (std::size_t colour = 0; colour < 3; ++colour) {
     sensor.channels[colour].response = Response::table;
-    sensor.channels[colour].response_table = channels[2 - colour].table(samples);
+    sensor.channels[colour].response_table = channels[colour].table(samples);
   }
   return sensor;
 }

@@ -108,7 +108,7 @@ LIBOCC_API Result<RecoveredResponse> recover_response(const std::vector<ImageVie
                                                       const ResponseOptions& options = {});
 
 /// Sensor with the recovered response, black level and bit depth, for simulate() and detect(). One
-/// channel becomes the sensor's response_table. Three channels (blue, green, red, the order of
+/// channel becomes the sensor's response_table. Three channels (red, green, blue, the order of
 /// read_image()) become those of its colour channels; the sensor must have a mosaic. Throws
 /// std::invalid_argument for another number of channels or a missing mosaic.
 LIBOCC_API Sensor with_response(Sensor sensor, const RecoveredResponse& response,

@@ -55,33 +55,10 @@ std::string message(const Lamp& lamp, const Blob& blob, const LampResidual& resi
 
 }  // namespace
 
-namespace {
-
-/// Four times the second moments of a polygon's area about its centroid.
-Eigen::Matrix2d moments_of_area(const std::vector<Eigen::Vector2d>& rim, const Camera& camera) {
-  double area = 0;
-  Eigen::Vector2d first = Eigen::Vector2d::Zero();
-  Eigen::Matrix2d second = Eigen::Matrix2d::Zero();
-  for (std::size_t i = 0; i < rim.size(); ++i) {
-    const Eigen::Vector2d a = camera.difference_px(rim[i], rim[0]);
-    const Eigen::Vector2d b = camera.difference_px(rim[(i + 1) % rim.size()], rim[0]);
-    const Eigen::Vector2d sum = a + b;
-    const double triangle = 0.5 * (a.x() * b.y() - a.y() * b.x());
-    area += triangle;
-    first += triangle / 3 * sum;
-    second += triangle / 12 * (a * a.transpose() + b * b.transpose() + sum * sum.transpose());
-  }
-  const Eigen::Vector2d mean = first / area;
-  return 4 * (second / area - mean * mean.transpose());
-}
-
-}  // namespace
-
 std::optional<Eigen::Matrix2d> image_moments_px2(const Lamp& lamp, const Rigid3& cam_from_world,
                                                  const Camera& camera) {
   const auto rim = project_rim(lamp, cam_from_world, camera, 16);
   if (!rim) return std::nullopt;
-  if (lamp.shape == LampShape::rectangle) return moments_of_area(*rim, camera);
   Eigen::Vector2d mean = Eigen::Vector2d::Zero();
   Eigen::Matrix2d squares = Eigen::Matrix2d::Zero();
   for (const Eigen::Vector2d& px : *rim) {
@@ -97,6 +74,28 @@ std::optional<Eigen::Array2d> predicted_axes_px(const Lamp& lamp, const Rigid3& 
   const auto moments = image_moments_px2(lamp, cam_from_world, camera);
   if (!moments) return std::nullopt;
   return core::symmetric_eigenvalues(*moments).array().max(0).sqrt();
+}
+
+std::optional<Eigen::Array2d> predicted_light_axes_px(const Lamp& lamp,
+                                                      const Rigid3& cam_from_world,
+                                                      const Camera& camera) {
+  if (lamp.shape != LampShape::rectangle && lamp.shape != LampShape::lame) return std::nullopt;
+  // Variance of a coordinate over the area, of the squared side: 1/12 of a rectangle, 1/16 of an
+  // ellipse; in between for other Lame curves.
+  constexpr double rectangle = 1.0 / 12, ellipse = 1.0 / 16;
+  const double roundness = lamp.shape == LampShape::lame ? std::min(1.0, 2 / lamp.exponent) : 0;
+  const double variance = rectangle + roundness * (ellipse - rectangle);
+  Eigen::Matrix2d moments = Eigen::Matrix2d::Zero();
+  const Eigen::Vector3d axes[] = {lamp.x_axis, lamp.normal.cross(lamp.x_axis)};
+  for (int i = 0; i < 2; ++i) {
+    const Eigen::Vector3d half = 0.5 * lamp.size_m[i] * axes[i];
+    const auto from = camera.project(cam_from_world * (lamp.centre_m - half));
+    const auto to = camera.project(cam_from_world * (lamp.centre_m + half));
+    if (!from || !to) return std::nullopt;
+    const Eigen::Vector2d side = camera.difference_px(*to, *from);
+    moments += variance * side * side.transpose();
+  }
+  return 2 * core::symmetric_eigenvalues(moments).array().max(0).sqrt();
 }
 
 std::string size_contradiction(const Refined& refined, const std::vector<Blob>& blobs,

@@ -14,6 +14,7 @@
 #include "libocc/refine/internal/light_evidence.hpp"
 #include "libocc/refine/internal/predicted_centroid.hpp"
 #include "libocc/refine/internal/scene_errors.hpp"
+#include "libocc/scene/internal/lamp_colours.hpp"
 
 namespace occ::internal::refine {
 namespace {
@@ -21,63 +22,86 @@ namespace {
 using pose::PoseEvidence;
 using pose::SeenLamp;
 
+/// Relative errors of a blob's size: seen smaller and larger than predicted.
+struct SizeErrors {
+  double smaller, larger;
+};
+
 /// ln of the density ratio of a blob's size. For a lamp, the size is normal about the predicted
 /// one; the growth of a saturated lamp is exponential. For a false light it is uniform in ln over
 /// two and a half decades.
-double log_size_ratio(const Eigen::Array2d& axes_px, const Blob& blob) {
-  constexpr double log_range = 6, relative = 0.1, error_px = 0.7, blur_px = 0.7;
+double log_size_ratio(const Eigen::Array2d& axes_px, const Blob& blob, const SizeErrors& errors,
+                      bool has_grown) {
+  constexpr double log_range = 6, error_px = 0.7, blur_px = 0.7;
   constexpr double growth_px = 3, relative_growth = 0.3;
   const double expected_px = std::sqrt((axes_px.square() + square(blur_px)).sqrt().prod());
   const double seen_px = std::sqrt(blob.ellipse.semi_major_px * blob.ellipse.semi_minor_px);
-  const double sigma_px = std::hypot(relative * expected_px, error_px);
   const double off_px = seen_px - expected_px;
+  const auto sigma_px = [&](double relative) {
+    return std::hypot(relative * expected_px, error_px);
+  };
   const double grown_px = std::max(growth_px, relative_growth * expected_px);
-  const double half_width_px = std::sqrt(pi / 2) * sigma_px;
-  const double width_px = half_width_px + (blob.saturated ? grown_px : half_width_px);
+  const double half_width_px = std::sqrt(pi / 2) * sigma_px(errors.smaller);
+  const double width_px =
+      half_width_px + (has_grown ? grown_px : std::sqrt(pi / 2) * sigma_px(errors.larger));
   const double log_shape =
-      blob.saturated && off_px > 0 ? -off_px / grown_px : -0.5 * square(off_px / sigma_px);
+      has_grown && off_px > 0
+          ? -off_px / grown_px
+          : -0.5 * square(off_px / sigma_px(off_px > 0 ? errors.larger : errors.smaller));
   return log_shape + std::log(seen_px * log_range / width_px);
 }
 
-/// ln of the density ratio of the direction of a blob's long side: normal about the predicted one
-/// for a lamp, uniform for a false light. Panels that are almost square have no direction.
-double log_direction_ratio(const Eigen::Matrix2d& moments_px2, const Blob& blob) {
-  constexpr double min_elongation = 1.5, sigma_rad = 0.1, other_shape = 0.02;
-  if (blob.ellipse.semi_major_px < min_elongation * blob.ellipse.semi_minor_px) return 0;
-  const double predicted =
-      0.5 * std::atan2(2 * moments_px2(0, 1), moments_px2(0, 0) - moments_px2(1, 1));
-  const double off = std::remainder(blob.ellipse.angle_rad - predicted, pi);
-  const double normal = std::exp(-0.5 * square(off / sigma_rad)) / (sigma_rad * std::sqrt(2 * pi));
-  return std::log((1 - other_shape) * normal * pi + other_shape);
+/// True if a blob's rim may have grown because it is far above full scale. A channel that is not
+/// clipped bounds the light of those that are, by the lamp's colour.
+bool has_grown(const Lamp& lamp, const Blob& blob, bool colours_are_stated) {
+  constexpr double max_excess = 2;  // moves the edge of a lamp by about half of its blur
+  if (!blob.saturated || !colours_are_stated || !blob.colour) return blob.saturated;
+  const BlobColour& seen = *blob.colour;
+  for (int k = 0; k < 3; ++k) {
+    if (seen.clipped[static_cast<std::size_t>(k)] || !(lamp.colour[k] > 0)) continue;
+    double excess = 0;
+    for (int j = 0; j < 3; ++j)
+      excess = std::max(excess, lamp.colour[j] / lamp.colour[k] * seen.share[k] / seen.share[j]);
+    if (excess < max_excess) return false;
+  }
+  return true;
 }
 
 /// Light of a seen lamp, and ln of the density ratio of its visibility: nearly edge-on a disc is
 /// too dark to be found, but for one in a hundred.
 std::pair<SeenLight, double> appearance(const Lamp& lamp, const Blob& blob,
-                                        const Rigid3& cam_from_world, const Scene& scene) {
+                                        const Rigid3& cam_from_world, const Scene& scene,
+                                        bool colours_are_stated) {
   constexpr double edge_on = 0.1;
+  constexpr SizeErrors of_disc{0.1, 0.1};
+  constexpr SizeErrors of_moments{0.25, 0.1};  // uneven light and hidden parts make them smaller
   const double seen_edge_on = std::log(0.01);
   SeenLight light;
   light.flux = flux_ratio(lamp, blob, cam_from_world, scene);
-  // The corners of a rectangle say more than its axes (add_corners).
-  const bool has_axes =
-      lamp.shape == LampShape::disc || (!blob.corners_px.empty() && blob.corners_px.size() != 4);
-  if (!has_axes || blob.striped || !(blob.ellipse.semi_minor_px > 0)) return {light, 0};
+  if (blob.striped || !(blob.ellipse.semi_minor_px > 0)) return {light, 0};
+  if (lamp.shape != LampShape::disc) {
+    if (blob.corners_px.size() == 4) return {light, 0};  // the corners say more, see add_corners
+    const auto axes_px = predicted_light_axes_px(lamp, cam_from_world, scene.camera);
+    if (axes_px)
+      light.log_size =
+          log_size_ratio(*axes_px, blob, of_moments, has_grown(lamp, blob, colours_are_stated));
+    return {light, 0};
+  }
   const auto axes_px = predicted_axes_px(lamp, cam_from_world, scene.camera);
   if (!axes_px) return {light, seen_edge_on};
-  light.log_size = log_size_ratio(*axes_px, blob);
-  if (lamp.shape == LampShape::rectangle)
-    light.log_size +=
-        log_direction_ratio(*image_moments_px2(lamp, cam_from_world, scene.camera), blob);
+  light.log_size = log_size_ratio(*axes_px, blob, of_disc, blob.saturated);
   return {light, (*axes_px)[0] < edge_on * (*axes_px)[1] ? seen_edge_on : 0};
 }
 
-/// Fluxes of the blobs that are no lamps, in ascending order.
+/// Fluxes of the blobs that are no lamps but may be by their colour, in ascending order.
 std::vector<double> log_fluxes(const std::vector<Blob>& blobs, const std::vector<char>& is_lamp,
-                               const Scene& scene) {
+                               const scene::ColourTest& colours, const Scene& scene) {
   std::vector<double> fluxes;
   for (std::size_t i = 0; i < blobs.size(); ++i)
-    if (const auto flux = log_flux(blobs[i], scene); flux && !is_lamp[i]) fluxes.push_back(*flux);
+    if (colours.contradicts_all(blobs[i])) {
+      continue;
+    } else if (const auto flux = log_flux(blobs[i], scene); flux && !is_lamp[i])
+      fluxes.push_back(*flux);
   std::sort(fluxes.begin(), fluxes.end());
   return fluxes;
 }
@@ -255,7 +279,11 @@ PoseEvidence evidence_of(const Refined& refined, const Hypothesis& hypothesis,
   const Rigid3& cam_from_world = refined.cam_from_world;
   PoseEvidence evidence;
   evidence.image_px2 = static_cast<double>(scene.camera.width()) * scene.camera.height();
-  evidence.blobs = static_cast<int>(std::count_if(blobs.begin(), blobs.end(), is_whole));
+  const scene::ColourTest colours(scene.lamps);
+  evidence.blobs =
+      static_cast<int>(std::count_if(blobs.begin(), blobs.end(), [&](const Blob& blob) {
+        return is_whole(blob) && !colours.contradicts_all(blob);
+      }));
   evidence.missed = hypothesis.missed;
   evidence.volume_m3 = volume_m3(scene.lamps, cam_from_world.origin_in_source());
   const double growth_px = common_growth_px(refined, blobs, scene);
@@ -275,14 +303,16 @@ PoseEvidence evidence_of(const Refined& refined, const Hypothesis& hypothesis,
     }
     seen.residual_px = scene.camera.difference_px(*px, blob.centroid_px);
     seen.covariance_px2 = blob.covariance_px2 + image_covariance_px2(lamp, cam_from_world, scene);
-    const auto [light, log_visible] = appearance(lamp, blob, cam_from_world, scene);
+    const auto [light, log_visible] =
+        appearance(lamp, blob, cam_from_world, scene, colours.is_active());
     lights.push_back(light);
-    evidence.log_appearance += log_visible + log_code_ratio(lamp, blob, scene.lamps.size());
+    evidence.log_appearance += log_visible + log_code_ratio(lamp, blob, scene.lamps.size()) +
+                               colours.log_ratio(residual.match.lamp, blob);
     add_shape(lamp, blob, cam_from_world, scene, growth_px, seen);
     add_corners(lamp, blob, cam_from_world, scene.camera, evidence);
     evidence.lamps.push_back(seen);
   }
-  evidence.log_appearance += log_light_ratio(lights, log_fluxes(blobs, is_lamp, scene));
+  evidence.log_appearance += log_light_ratio(lights, log_fluxes(blobs, is_lamp, colours, scene));
   if (prior) evidence.prior = identify::prior_parts(*prior, cam_from_world);
   return evidence;
 }

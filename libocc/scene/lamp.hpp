@@ -71,8 +71,13 @@ struct LIBOCC_API Lamp {
                                  ///< of a period, such as the chips of a code
   double phase = 0;              ///< periods passed at time 0
   std::optional<LampCode> code;  ///< code that frequency_hz and waveform transmit; see set_code()
-  Eigen::Vector3d colour = Eigen::Vector3d::Ones();  ///< response of red, green, blue pixels over
-                                                     ///< that to white light of the same power
+  /// Response of red, green and blue pixels over that to white light of the same power. It is
+  /// compared with the colours in an image if the channels of any lamp of the scene differ.
+  Eigen::Vector3d colour = Eigen::Vector3d::Ones();
+  /// Relative standard deviation of the ratio of two channels of `colour`, in an image. The default
+  /// covers an unknown white balance: its gains for daylight and for tungsten light differ by a
+  /// factor of about 2, so that +-1 sigma about the middle is a factor of 1.35, and 2 sigma 1.8.
+  double colour_sigma = 0.3;
 
   double area_m2() const;  ///< area of the emitting face; 0 for a point
   double reach_m() const;  ///< distance of the rim's farthest point from the centre; 0 for a point

@@ -11,6 +11,7 @@
 #include "libocc/core/internal/dense.hpp"
 #include "libocc/geometry/internal/derivative_by_pose.hpp"
 #include "libocc/geometry/motion.hpp"
+#include "libocc/scene/internal/lamp_colours.hpp"
 #include "libocc/scene/view.hpp"
 
 namespace occ::internal::track {
@@ -133,12 +134,14 @@ std::vector<Pair> pairs_within(const std::vector<ExpectedLamp>& expected,
                                const std::vector<Blob>& blobs, const Scene& scene,
                                double gate_sigma, bool any_look = false) {
   std::vector<Pair> pairs;
+  const scene::ColourTest colours(scene.lamps);
   for (std::size_t e = 0; e < expected.size(); ++e) {
     const Lamp& lamp = scene.lamps[expected[e].lamp];
     for (std::size_t b = 0; b < blobs.size(); ++b) {
       const Blob& blob = blobs[b];
       if (blob.lamp_id ? *blob.lamp_id != lamp.id : !frequencies_agree(lamp, blob)) continue;
       if (!any_look && !is_alike(expected[e], blob)) continue;
+      if (colours.contradicts(expected[e].lamp, blob)) continue;
       const Eigen::Vector2d off = scene.camera.difference_px(blob.centroid_px, expected[e].px);
       const Eigen::Matrix2d covariance = expected[e].covariance_px2 + blob.covariance_px2;
       const double chi2 = off.dot(core::solve_llt(covariance, off));

@@ -11,6 +11,7 @@
 #include "libocc/core/require.hpp"
 #include "libocc/geometry/motion.hpp"
 #include "libocc/refine/internal/scene_errors.hpp"
+#include "libocc/scene/internal/lamp_colours.hpp"
 
 namespace occ::internal::track {
 
@@ -164,6 +165,8 @@ std::vector<Blob> TrackerImpl::detect_at(Job& job,
   const auto begun = std::chrono::steady_clock::now();
   DetectOptions options = detect_;
   if (!options.sensor) options.sensor = job.view.scene.sensor;
+  if (options.colours.empty())
+    options.colours = internal::scene::stated_colours(job.view.scene.lamps);
   options.rims = options.rims || (options_.locate.detect.rims && sizes_next_);
   options.polygons = options.polygons && job.view.scene.has_straight_sides();
   double pixels = 0;

@@ -94,7 +94,7 @@ void define_calibrate(py::module_& m) {
             return with_response(sensor, r.value, samples);
           },
           py::arg("sensor"), py::arg("samples") = 1024,
-          "Returns the sensor with this response as tables. Three channels (blue, green, red) "
+          "Returns the sensor with this response as tables. Three channels (red, green, blue) "
           "require a mosaic.")
       .def("__repr__", [](const Recovered& r) {
         return "<RecoveredResponse: " + std::string(to_string(r.status)) + ", channels " +

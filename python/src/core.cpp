@@ -30,7 +30,7 @@ void define_core(py::module_& m) {
       py::arg("path"),
       R"(Reads an 8- or 16-bit image (PNG, JPEG, TIFF, PGM, PPM) without conversion.
 
-Returns: (height, width) array, or (height, width, 3 or 4) in the order blue, green, red;
+Returns: (height, width) array, or (height, width, 3 or 4) in the order red, green, blue;
   uint8 or uint16.
 Raises: FileNotFoundError or OSError when the file cannot be opened; ValueError when it is not a
   complete image of a supported format and type; the message names the format of the file.)");

@@ -10,6 +10,7 @@
 
 namespace occ::python {
 
+using internal::core::blob_colour_fields;
 using internal::core::blob_fields;
 using internal::core::ellipse_fields;
 namespace {
@@ -35,6 +36,12 @@ void define_detect(py::module_& m) {
   py::class_<Ellipse> ellipse(m, "Ellipse", "Ellipse of a disc's image.");
   define_value(ellipse, ellipse_fields);
   define_repr(ellipse, "Ellipse", ellipse_fields);
+  py::class_<BlobColour> colour(
+      m, "BlobColour",
+      ("Colour of a blob's light." + fields_doc(blob_colour_fields, "Keywords (and properties)"))
+          .c_str());
+  define_value(colour, blob_colour_fields);
+  define_repr(colour, "BlobColour", blob_colour_fields);
   py::class_<Blob> blob(m, "Blob",
                         ("One bright region of an image, measured." +
                          fields_doc(blob_fields, "Keywords (and properties)"))
@@ -53,7 +60,8 @@ void define_detect(py::module_& m) {
       (R"(Detects the lamps in an image: a list of Blobs by decreasing flux, which may be empty.
 
 image: (height, width) or (height, width, 3 or 4) array of uint8 or uint16; not copied when the
-pixels of a row are adjacent.
+pixels of a row are adjacent. The channels are red, green and blue, in this order: reverse those of
+OpenCV (image[..., ::-1]).
 Raises: TypeError or ValueError for another array or an invalid option, naming it.
 
 >>> import libocc as occ, numpy as np

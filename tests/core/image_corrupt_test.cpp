@@ -215,8 +215,8 @@ TEST_F(ImageBytes, PnmKeepsTheValuesOfItsFile) {
   for (const std::string& file : {"P2 3 1 15 0 7 15"s, "P5 3 1 15\n\0\x07\x0F"s}) {
     EXPECT_EQ(read(file).u8, (std::vector<std::uint8_t>{0, 7, 15})) << file.substr(0, 2);
   }
-  EXPECT_EQ(read("P3 1 1 9 1 2 3").u8, (std::vector<std::uint8_t>{3, 2, 1}));
-  EXPECT_EQ(read("P6 1 1 256\n\0\1\0\2\1\0"s).u16, (std::vector<std::uint16_t>{256, 2, 1}));
+  EXPECT_EQ(read("P3 1 1 9 1 2 3").u8, (std::vector<std::uint8_t>{1, 2, 3}));
+  EXPECT_EQ(read("P6 1 1 256\n\0\1\0\2\1\0"s).u16, (std::vector<std::uint16_t>{1, 2, 256}));
 }
 
 TEST_F(ImageBytes, FaultyPnmIsRefused) {

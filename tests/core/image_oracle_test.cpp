@@ -2,8 +2,11 @@
 // Images read and written here and by OpenCV are the same bits.
 #include <gtest/gtest.h>
 
+#include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "libocc/core/image_file.hpp"
 #include "tests/core/image_samples.hpp"
@@ -19,12 +22,24 @@ cv::Mat opencv_image(const std::string& bytes) {
   return cv::imread(file.with(bytes), cv::IMREAD_UNCHANGED);
 }
 
+/// Exchanges red and blue: OpenCV has them in the reverse order.
+cv::Mat with_red_and_blue_exchanged(const cv::Mat& mat) {
+  if (mat.channels() < 3) return mat;
+  std::vector<cv::Mat> planes;
+  cv::split(mat, planes);
+  std::swap(planes[0], planes[2]);
+  cv::Mat out;
+  cv::merge(planes, out);
+  return out;
+}
+
 Image read_bytes(const std::string& bytes) {
   const MemoryFile file;
   return read_image(file.with(bytes));
 }
 
-::testing::AssertionResult same(const Image& image, const cv::Mat& expected) {
+::testing::AssertionResult same(const Image& image, const cv::Mat& by_opencv) {
+  const cv::Mat expected = with_red_and_blue_exchanged(by_opencv);
   const int type = CV_MAKETYPE(image.type == PixelType::u8 ? CV_8U : CV_16U, image.channels);
   if (image.width != expected.cols || image.height != expected.rows || type != expected.type()) {
     return ::testing::AssertionFailure()
@@ -58,7 +73,8 @@ Image random_image(PixelType type, int channels) {
 cv::Mat as_mat(const Image& image) {
   const ImageView view = image.view();
   const int depth = image.type == PixelType::u8 ? CV_8U : CV_16U;
-  return {view.height, view.width, CV_MAKETYPE(depth, view.channels), const_cast<void*>(view.data)};
+  return with_red_and_blue_exchanged(
+      {view.height, view.width, CV_MAKETYPE(depth, view.channels), const_cast<void*>(view.data)});
 }
 
 TEST(ImageOracle, PngOfEveryKindHasTheSameBits) {
@@ -96,8 +112,7 @@ Image expected_tiff(const TiffKind& kind) {
   for (int y = 0; y < image.height; ++y) {
     for (int x = 0; x < image.width; ++x) {
       for (int c = 0; c < kind.samples; ++c) {
-        const int s = kind.samples >= 3 && c < 3 ? 2 - c : c;
-        const unsigned value = tiff_value(x, y, s, kind.bits) ^ flip;
+        const unsigned value = tiff_value(x, y, c, kind.bits) ^ flip;
         if (kind.bits == 8) image.u8.push_back(static_cast<std::uint8_t>(value));
         if (kind.bits == 16) image.u16.push_back(static_cast<std::uint16_t>(value));
       }

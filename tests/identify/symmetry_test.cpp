@@ -62,6 +62,54 @@ TEST(IdentifySymmetry, ExactlySymmetricViewsLoseNothing) {
         }
 }
 
+/// A ring of sixteen lamps that face outwards.
+Scene ring_room() {
+  Scene scene;
+  scene.camera = Camera::pinhole(1280, 720, 1118, 1118, 639.5, 359.5);
+  for (int i = 0; i < 16; ++i) {
+    const double angle = 2 * pi * i / 16;
+    Lamp lamp;
+    lamp.id = i;
+    lamp.shape = LampShape::rectangle;
+    lamp.normal = {std::cos(angle), std::sin(angle), 0};
+    lamp.x_axis = {-std::sin(angle), std::cos(angle), 0};
+    lamp.centre_m = 0.678 * lamp.normal + Vector3d(0, 0, 2.607);
+    lamp.size_m = {0.127, 0.0508};
+    scene.lamps.push_back(lamp);
+  }
+  scene.validate();
+  return scene;
+}
+
+// In the best of these poses the fifth lamp is at the limit of its gate. Rounding alone decides if
+// that of an equal pose is inside.
+TEST(IdentifySymmetry, RoundingLosesNoneOfEqualPoses) {
+  const Scene scene = ring_room();
+  const double measured[][4] = {{546.354659, 34.233681, 0.085240, 0.110310},
+                                {429.750438, 44.109968, 0.523972, 0.411155},
+                                {662.929113, 62.663633, 1.042931, 0.902536},
+                                {337.289679, 78.606820, 24.904981, 10.063277},
+                                {737.844984, 109.572841, 2.770284, 3.687863}};
+  IdentifyOptions options;
+  options.prior.emplace();
+  options.prior->height_m = 0.7937;
+  options.prior->height_sigma_m = 0.05;
+  Random random(21);
+  for (int i = 0; i < 20; ++i) {
+    View view;
+    const double shift_px = i == 0 ? 0 : 0.003;  // most of them are at the limit, too
+    for (const auto& m : measured) {
+      view.blobs.push_back(
+          test::spot({m[0] + shift_px * random.normal(), m[1] + shift_px * random.normal()}, 1, 1));
+      view.blobs.back().covariance_px2 << m[2], 0, 0, m[3];
+    }
+    const Result<Identification> found = identify(view.blobs, scene, options);
+    EXPECT_EQ(found.status, Status::ambiguous) << found.message;
+    EXPECT_GE(found->hypotheses.size(), 16u);
+    EXPECT_GT(found->risk, 0.9);
+  }
+}
+
 TEST(IdentifySymmetry, AHeadingPriorBreaksIt) {
   const Scene scene = test::square_room();
   Random random(22);

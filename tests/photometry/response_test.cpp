@@ -227,7 +227,7 @@ TEST(Response, TwelveBits) {
 }
 
 TEST(Response, TreatsThreeChannelsSeparately) {
-  const std::vector<double> gammas{1.6, 2.0, 2.4};  // blue, green, red
+  const std::vector<double> gammas{1.6, 2.0, 2.4};  // red, green, blue
   Scene scene = test::wall_of_lamps(Response::gamma);
   test::Series series;
   for (std::size_t channel = 0; channel < 3; ++channel) {
@@ -258,7 +258,7 @@ TEST(Response, TreatsThreeChannelsSeparately) {
   sensor.mosaic = Mosaic::rggb;
   sensor = with_response(sensor, found.value);
   EXPECT_NO_THROW(sensor.validate());
-  EXPECT_EQ(sensor.channels[0].response_table, found->channels[2].table()) << "red comes first";
+  EXPECT_EQ(sensor.channels[0].response_table, found->channels[0].table()) << "red comes first";
 }
 
 TEST(Response, ReportsAnUndeterminedCurve) {

@@ -257,7 +257,7 @@ def test_a_colour_response_goes_into_a_scene_file(run, wall, series):
     names = write_all([np.dstack([image] * 3) for image in images])
     code, out, err = run("response", *names, "--exposures", ",".join(map(str, times)), "--plot", "a.png")
     assert code == 0, err
-    assert [line.split(":")[0] for line in out.splitlines()] == ["blue", "green", "red"]
+    assert [line.split(":")[0] for line in out.splitlines()] == ["red", "green", "blue"]
     found = yaml.safe_load(Path("response.yaml").read_text())["sensor"]
     scene = yaml.safe_load(wall.format())
     scene["sensor"].update({**found, "mosaic": "rggb"})

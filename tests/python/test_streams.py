@@ -125,7 +125,9 @@ def test_pixels_of_messages():
     deep = raw_image("mono16", 1, 2, 4, [1, 0, 0, 1], bigendian=1)
     assert pixels_of(deep).tolist() == [[256, 1]] and pixels_of(deep).dtype == np.uint16
     colour = pixels_of(raw_image("bgr8", 1, 2, 6, range(6)))
-    assert colour.shape == (1, 2, 3) and colour.flags.c_contiguous
+    assert colour.shape == (1, 2, 3) and colour.flags.c_contiguous and colour.tolist() == [[[2, 1, 0], [5, 4, 3]]]
+    assert pixels_of(raw_image("rgb8", 1, 2, 6, range(6))).tolist() == [[[0, 1, 2], [3, 4, 5]]]
+    assert pixels_of(raw_image("bgra8", 1, 1, 4, range(4))).tolist() == [[[2, 1, 0, 3]]]
     with pytest.raises(ValueError, match="encoding must be one of .*, got 'yuv422'"):
         pixels_of(raw_image("yuv422", 1, 2, 4, range(4)))
     with pytest.raises(ValueError, match="3 bytes of step 2 cannot hold 2 x 2 mono8"):

@@ -15,6 +15,14 @@ inline constexpr auto ellipse_fields = fields_of<Ellipse>(
     field("angle_rad", &Ellipse::angle_rad, "rad", Unrestricted{},
           "angle of the major axis from +x towards +y"));
 
+inline constexpr auto blob_colour_fields = fields_of<BlobColour>(
+    field("share", &BlobColour::share, "", Unrestricted{},
+          "shares of red, green and blue in the linear light above the background; their sum is 1"),
+    field("sigma", &BlobColour::sigma, "", Unrestricted{}, "standard deviation of each share"),
+    field(
+        "clipped", &BlobColour::clipped, "", Unrestricted{},
+        "for each channel, True if it is at full scale: its ratio to the others is a lower bound"));
+
 inline constexpr auto blob_fields = fields_of<Blob>(
     required_field("centroid_px", &Blob::centroid_px, "px", Unrestricted{},
                    "best centre: from the rim fit, the PSF fit or the moments"),
@@ -48,6 +56,8 @@ inline constexpr auto blob_fields = fields_of<Blob>(
           "standard deviation of the frequency"),
     field("lamp_id", &Blob::lamp_id, "", Unrestricted{},
           "id of the lamp, decoded from its code, or None"),
+    field("colour", &Blob::colour, "", Unrestricted{},
+          "BlobColour in an image of three or four channels, or None"),
     field("ellipse", &Blob::ellipse, "", Unrestricted{},
           "ellipse of the rim, or else of the second moments"),
     field("rim", &Blob::rim, nullptr, Unrestricted{},

@@ -26,7 +26,7 @@ ImageFormat image_format(std::string_view bytes);
 /// Error text for a file of format `other`: its probable format and what to do.
 std::string unsupported_format(std::string_view bytes);
 
-/// Colour becomes blue, green, red(, alpha); 8 and 16 bits per sample are kept.
+/// Colour is red, green, blue(, alpha); 8 and 16 bits per sample are kept.
 Image decode_png(std::string_view bytes);
 Image decode_jpeg(std::string_view bytes);
 Image decode_tiff(std::string_view bytes);

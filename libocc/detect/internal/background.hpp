@@ -27,8 +27,9 @@ struct Meshes {
 class Background {
  public:
   /// Samples the image (valid view). The noise is at least that of `sensor` at the local level (if
-  /// given), and at least floor_dn grey steps, because quantisation hides smaller noise.
-  Background(const ImageView& image, const Sensor* sensor);
+  /// given), and at least floor_dn grey steps, because quantisation hides smaller noise, and
+  /// min_noise_dn.
+  Background(const ImageView& image, const Sensor* sensor, double min_noise_dn = 0);
 
   struct Local {
     double level_dn;

@@ -29,6 +29,9 @@ inline constexpr auto detect_fields = core::fields_of<DetectOptions>(
     core::field("stripes", &DetectOptions::stripes, "", core::Unrestricted{},
                 "join rolling-shutter stripes and measure frequencies; None: if the sensor has a "
                 "row time"),
+    core::field("colours", &DetectOptions::colours, "", core::Unrestricted{},
+                "colours of the lamps (red, green, blue) in a colour image; saturated ones are "
+                "searched in a colour difference, where white lights vanish; empty: grey"),
     core::field("max_frequency_hz", &DetectOptions::max_frequency_hz, "Hz", core::Positive{},
                 "highest frequency measured from stripes"));
 

@@ -20,7 +20,7 @@
 
 namespace occ::internal::identify {
 
-/// Measured direction of a whole blob (not cut by the border, not merged).
+/// Measured direction of a whole blob (not cut by the border, not merged) of a lamp's colour.
 struct BearingObservation {
   int blob = 0;                                      ///< index of the blob
   Eigen::Vector3d origin = Eigen::Vector3d::Zero();  ///< origin of the ray, camera frame [m]
@@ -72,6 +72,7 @@ struct AssignmentProblem {
   double min_radius_m = 0;           ///< radius of the smallest lamp; 0 if a lamp is a point
   std::vector<MapPoint> map_points;  ///< in the order of the scene's lamps or object's points
   std::vector<BearingObservation> observations;  ///< coded ones first, then by decreasing flux
+  std::vector<char> foreign;       ///< for each blob: its colour contradicts all lamps
   std::vector<int> partial_blobs;  ///< cut or merged: their extent is used, not their centroid
   std::chrono::steady_clock::time_point deadline =
       std::chrono::steady_clock::time_point::max();  ///< the search stops then

@@ -28,6 +28,19 @@ struct ScoredPose {
   int inliers = 0;               ///< remaining blobs with a lamp in their gate
 };
 
+/// Scored poses that wait for their verification, by number of inliers.
+class WaitingPoses {
+ public:
+  /// Moves all poses out of `scored`.
+  void add(std::vector<ScoredPose>& scored);
+  /// Removes and returns the poses with at least min_inliers, most inliers first; those with
+  /// equally many in the order in which they were added.
+  std::vector<ScoredPose> take(int min_inliers);
+
+ private:
+  std::vector<std::vector<ScoredPose>> by_inliers_;
+};
+
 /// Totals over all poses scored.
 struct VoteStatistics {
   int assignments = 0;

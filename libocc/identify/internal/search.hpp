@@ -72,7 +72,7 @@ class Search {
   void try_pair(const Pair& first, const Pair& second);
   bool extend_last_pose(const AssignmentProblem& near);
   void adopt(Search&& other);
-  void add_moved_poses();
+  void add_moved_poses(bool list_excluded);
   void add_poses_elsewhere();
   void search_by_alignment();
   void add_row();
@@ -87,7 +87,7 @@ class Search {
   int cost() const;
   bool reached_limit() const;
   bool tried_enough() const;
-  void verify_best(std::vector<ScoredPose>& candidates, int min_inliers);
+  void verify_best(WaitingPoses& candidates, int min_inliers);
   void consider(const ScoredPose& candidate);
   bool is_duplicate(const ScoredPose& candidate) const;
   double chance_of(const PoseHypothesis& e) const;

@@ -18,16 +18,22 @@ namespace occ::internal::refine {
 /// True if a blob is the image of one whole lamp.
 inline bool is_whole(const Blob& blob) { return !blob.cut_by_border && !blob.merged; }
 
-/// Matrix of the squared semi-axes of a lamp's image. Disc: twice the covariance of points evenly
-/// spaced on its rim. Rectangle: four times the second moments of its area, as Blob::ellipse. Empty
-/// if the lamp is not visible.
+/// Twice the covariance of points evenly spaced on a disc's rim in the image: the matrix of its
+/// squared semi-axes. Empty if the lamp is not visible.
 std::optional<Eigen::Matrix2d> image_moments_px2(const Lamp& lamp, const Rigid3& cam_from_world,
                                                  const Camera& camera);
 
-/// Semi-axes (minor, major) of a lamp's predicted image; empty if the lamp is not visible.
+/// Semi-axes (minor, major) of a disc's predicted image, from points evenly spaced on its rim;
+/// empty if the lamp is not visible.
 LIBOCC_API std::optional<Eigen::Array2d> predicted_axes_px(const Lamp& lamp,
                                                            const Rigid3& cam_from_world,
                                                            const Camera& camera);
+
+/// Semi-axes (minor, major) of the second moments of the light of a rectangle or Lame curve, two
+/// standard deviations, without blur; empty for other shapes or if the lamp is not visible.
+LIBOCC_API std::optional<Eigen::Array2d> predicted_light_axes_px(const Lamp& lamp,
+                                                                 const Rigid3& cam_from_world,
+                                                                 const Camera& camera);
 
 /// Message about a lamp whose size contradicts the pose; empty if there is none. Lamps identified
 /// by their codes, saturated lamps (their rims have grown) and lamps that were left out are not

@@ -98,8 +98,11 @@ inline constexpr auto lamp_fields = core::fields_of<Lamp>(
                 "lit fraction of a period"),
     core::field("phase", &Lamp::phase, "periods", core::Finite{}, "periods passed at time 0"),
     core::field("colour", &Lamp::colour, "", core::Unrestricted{},
-                "light on red, green and blue pixels over that of white light of the same power, "
-                "for a mosaic"));
+                "light on red, green and blue pixels over that of white light of the same power; "
+                "compared with the image if the channels of any lamp differ"),
+    core::field("colour_sigma", &Lamp::colour_sigma, "", core::Positive{},
+                "relative standard deviation of the ratio of two channels of `colour`; the default "
+                "covers an unknown white balance"));
 
 // In files `id` defaults to the lamp's: the keys of `code` are read by hand.
 inline constexpr auto lamp_code_fields = core::fields_of<LampCode>(

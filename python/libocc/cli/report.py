@@ -38,6 +38,11 @@ def flags(blob: Blob) -> list[str]:
     return [name for name in named if getattr(blob, name)]
 
 
+def colour_dict(colour: BlobColour) -> dict[str, Any]:
+    """Colour of a blob as plain data."""
+    return {"share": colour.share.tolist(), "sigma": colour.sigma.tolist(), "clipped": list(colour.clipped)}
+
+
 def blob_dict(blob: Blob) -> dict[str, Any]:
     """Blob as plain data, without its rim points."""
     return {
@@ -59,6 +64,7 @@ def blob_dict(blob: Blob) -> dict[str, Any]:
         "rim_points": len(blob.rim),
         "flags": flags(blob),
         "lamp_id": blob.lamp_id,
+        "colour": None if blob.colour is None else colour_dict(blob.colour),
         "frequency_hz": blob.frequency_hz,
         "frequency_sigma_hz": None if blob.frequency_hz is None else blob.frequency_sigma_hz,
     }

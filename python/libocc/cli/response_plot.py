@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 
 from .._core import ChannelResponse, RecoveredResponse
 
-NAMES = {1: (("grey", "#0072B2"),), 3: (("blue", "#0072B2"), ("green", "#009E73"), ("red", "#D55E00"))}
+NAMES = {1: (("grey", "#0072B2"),), 3: (("red", "#D55E00"), ("green", "#009E73"), ("blue", "#0072B2"))}
 MAX_SIGMA = 1.0  # levels with a larger sigma of ln(exposure) are not drawn
 
 

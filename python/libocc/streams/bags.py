@@ -36,7 +36,7 @@ def is_bag(path: Path) -> bool:
 
 
 def pixels_of(message: Any) -> Pixels:
-    """Pixels of a sensor_msgs/msg/Image. Raises: ValueError when its encoding or size is invalid."""
+    """Pixels of a sensor_msgs/msg/Image, colours as red, green, blue. Raises: ValueError when its encoding or size is invalid."""
     if message.encoding not in ENCODINGS:
         raise ValueError(f"encoding must be one of {', '.join(ENCODINGS)}, got {message.encoding!r}")
     channels, bytes_ = ENCODINGS[message.encoding]
@@ -50,7 +50,10 @@ def pixels_of(message: Any) -> Pixels:
     padded[: min(len(data), step * height)] = data[: step * height]
     rows = np.ascontiguousarray(padded.reshape(height, step)[:, :min_step])
     pixels = rows.view(kind).astype(kind.newbyteorder("="), copy=False)
-    return pixels.reshape((height, width) if channels == 1 else (height, width, channels))
+    pixels = pixels.reshape((height, width) if channels == 1 else (height, width, channels))
+    if message.encoding.startswith("bgr"):
+        pixels[..., :3] = pixels[..., 2::-1].copy()
+    return pixels
 
 
 def pixels_of_file(data: bytes) -> Pixels:

@@ -13,6 +13,11 @@ from .frames import StreamFrame
 MAX_FAILURES = 30  # consecutive failures after which a file or camera counts as ended
 
 
+def _red_first(cv2: Any, image: Any) -> Any:
+    """Pixels in the order red, green, blue."""
+    return cv2.cvtColor(image, cv2.COLOR_BGR2RGB) if image.ndim == 3 and image.shape[2] == 3 else np.asarray(image)
+
+
 def _opencv(name: str) -> Any:
     try:
         return importlib.import_module("cv2")
@@ -27,7 +32,7 @@ class VideoSource:
 
     def __init__(self, path: str, fps: float | None = None):
         self.name = path
-        cv2 = _opencv(path)
+        self._cv2 = cv2 = _opencv(path)
         self._video = cv2.VideoCapture(path)
         self._rate = fps or float(self._video.get(cv2.CAP_PROP_FPS))
         if not self._video.isOpened() or not self._rate > 0:
@@ -41,7 +46,7 @@ class VideoSource:
             valid, image = self._video.read()
             if valid:
                 failed = 0
-                yield StreamFrame(index, index / self._rate, np.asarray(image))
+                yield StreamFrame(index, index / self._rate, _red_first(self._cv2, image))
             else:
                 failed += 1
                 if self.total is None or index >= self.total:
@@ -67,7 +72,7 @@ class CameraSource:
 
     def __init__(self, name: str, number: int, fps: float | None = None):
         self.name = name
-        cv2 = _opencv(name)
+        self._cv2 = cv2 = _opencv(name)
         self._camera = cv2.VideoCapture(number)
         if not self._camera.isOpened():
             raise ValueError(f"{name}: is not a camera that OpenCV can open")
@@ -82,7 +87,7 @@ class CameraSource:
             time_s = self._epoch_s + time.monotonic()
             if valid:
                 failed = 0
-                yield StreamFrame(index, time_s, np.asarray(image))
+                yield StreamFrame(index, time_s, _red_first(self._cv2, image))
             else:
                 failed += 1
                 if failed > MAX_FAILURES:

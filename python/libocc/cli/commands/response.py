@@ -15,7 +15,7 @@ from ..exif import camera_tags, exposures_of_series
 from ..files import whole_file
 from ..progress import progress
 
-COLOURS = ("blue", "green", "red")  # order of channels of read_image()
+COLOURS = ("red", "green", "blue")  # order of channels of read_image()
 
 
 def exposures_of(given: str) -> list[float] | dict[str, float]:
@@ -83,7 +83,7 @@ def sensor_section(response: occ.photometry.RecoveredResponse, samples: int) -> 
     ]
     if len(tables) == 1:
         return {**section, **tables[0]}
-    return {**section, "channels": dict(zip(("red", "green", "blue"), reversed(tables)))}
+    return {**section, "channels": dict(zip(COLOURS, tables))}
 
 
 def text_of(response: occ.photometry.RecoveredResponse, samples: int) -> str:

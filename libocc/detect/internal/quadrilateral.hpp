@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
+// Internal: recognises the image of a rectangular lamp. Its outline is not an ellipse, as that of
+// several lamps in one blob, but it is convex and has four corners.
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+
+#include "libocc/detect/internal/components.hpp"
+#include "libocc/detect/internal/patch.hpp"
+
+namespace occ::internal::detect {
+
+/// Centre of the area of a component that looks like a quadrilateral [px]: its pixels above a share
+/// of its level fill their convex hull, and four of the hull's corners span most of it. Empty
+/// otherwise. Its error is a fraction of a pixel, but it does not depend on how evenly the lamp is
+/// lit.
+std::optional<Eigen::Vector2d> quadrilateral_centre(const Patch& patch, const Component& component);
+
+}  // namespace occ::internal::detect
