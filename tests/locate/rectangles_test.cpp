@@ -7,10 +7,8 @@
 #include <cmath>
 
 #include "libocc/core/math.hpp"
-#include "libocc/geometry/look_at.hpp"
 #include "libocc/locate/locate.hpp"
 #include "libocc/simulate/simulate.hpp"
-#include "tests/support/nees.hpp"
 #include "tests/support/support.hpp"
 
 namespace occ {

@@ -42,6 +42,8 @@ MAX_SIDE_PX = 1600  # larger images are reduced: the picture has a width of 1100
 MAX_CLOSE_UPS = 6
 BACKGROUND, WIDTH_IN, CLOSE_UP_IN = "#181818", 9.6, 1.6
 DPI, EDGE = 110, 0.02  # EDGE: free part of the width on each side
+FAINT, NEAR_PX = 0.02, 10  # part of the faintest lamp's flux; distance that names the nearest lamp
+MAX_REASONS = 12  # of the brightest blobs: more labels would cover the picture
 TITLE_PT, CAPTION_PT, NOTE_PT, LABEL_PT = 11, 9, 8, 10
 
 
@@ -113,7 +115,35 @@ def draw_fix(path: str | PathLike[str], image: Pixels, fix: Fix, scene: Scene, *
             marks.append(mark)
     used = [blob.centroid_px for blob in fix.lamps.values()]
     unused = [b for b in fix.blobs if not any(np.array_equal(b.centroid_px, u) for u in used)]
-    _picture(path, image, marks, unused, f"{title}   {_fix_line(fix)}", _fix_caption(fix))
+    reasons = [unused_reason(blob, fix, scene) for blob in unused]
+    _picture(path, image, marks, unused, f"{title}   {_fix_line(fix)}", _fix_caption(fix), reasons)
+
+
+def unused_reason(blob: Blob, fix: Fix, scene: Scene) -> str:
+    """Reason why a blob of a fix is not the image of a lamp, in a few words."""
+    if blob.cut_by_border:
+        return "cut by the border"
+    if blob.merged:
+        return "shape of no lamp"
+    if not fix.candidates:
+        return "no pose"
+    fluxes = [seen.flux_dn for seen in fix.lamps.values() if seen.flux_dn > 0]
+    if fluxes and blob.flux_dn < FAINT * min(fluxes):
+        return "too faint"
+    offset_px, nearest = np.inf, None
+    for lamp in scene.lamps:
+        predicted = project_lamp_centre(lamp, fix.cam_from_world, scene.camera)
+        if predicted is None:
+            continue
+        distance = float(np.hypot(*(blob.centroid_px - predicted)))
+        if distance < offset_px:
+            offset_px, nearest = distance, lamp.id
+    if nearest in fix.excluded_lamps:
+        return f"lamp {nearest} contradicts"
+    reach = max(blob.x1 - blob.x0, blob.y1 - blob.y0) / 2 + NEAR_PX
+    if nearest is not None and offset_px < reach:
+        return f"{offset_px:.1f} px from lamp {nearest}"
+    return "no lamp there"
 
 
 def draw_identification(
@@ -255,6 +285,7 @@ def _picture(
     unused: Sequence[Blob],
     title: str,
     caption: str,
+    reasons: Sequence[str] = (),
 ) -> None:
     height, width = image.shape[:2]
     close_ups = marks[:MAX_CLOSE_UPS]
@@ -288,7 +319,7 @@ def _picture(
         hspace=0.2 / (frame_in + CLOSE_UP_IN),
         wspace=0.06,
     )
-    _draw_frame(figure.add_subplot(rows[0, :]), image, marks, unused, arrows)
+    _draw_frame(figure.add_subplot(rows[0, :]), image, marks, unused, arrows, reasons)
     for i, (mark, note) in enumerate(zip(close_ups, notes, strict=True)):
         _draw_close_up(figure.add_subplot(rows[1, i]), image, mark, note)
     figure.text(EDGE, 1 - 0.1 / height_in, title, color="white", fontsize=TITLE_PT, va="top")
@@ -302,11 +333,11 @@ def _notes(figure: Figure, mark: Mark, columns: int) -> str:
     return wrapped(figure, text, 0.98 * DPI * WIDTH_IN / (columns + 0.06 * (columns - 1)), NOTE_PT)
 
 
-def _grey(image: Pixels) -> Array:
-    """Grey levels scaled to 0..1 with a gamma of 0.6, which brightens dark regions."""
-    grey = image if image.ndim == 2 else image[..., :3].mean(axis=2)
-    top = max(float(grey.max()), 1.0)
-    return np.asarray((grey / top) ** 0.6)
+def _brightened(image: Pixels) -> Array:
+    """Grey levels or colours scaled to 0..1 with a gamma of 0.6, which brightens dark regions."""
+    levels = image if image.ndim == 2 else image[..., :3]
+    top = max(float(levels.max()), 1.0)
+    return np.asarray((levels / top) ** 0.6)
 
 
 def _shrunk(image: Pixels) -> Pixels:
@@ -315,8 +346,8 @@ def _shrunk(image: Pixels) -> Pixels:
     if step == 1:
         return image
     height, width = image.shape[0] // step * step, image.shape[1] // step * step
-    first = image[:height, :width] if image.ndim == 2 else image[:height, :width, 1]
-    blocks = first.reshape(height // step, step, width // step, step)
+    whole = image[:height, :width]
+    blocks = whole.reshape(height // step, step, width // step, step, *image.shape[2:])
     return np.asarray(blocks.max(axis=(1, 3)))
 
 
@@ -329,11 +360,16 @@ def _bare(axes: Axes) -> None:
 
 
 def _draw_frame(
-    axes: Axes, image: Pixels, marks: list[Mark], unused: Sequence[Blob], arrows: list[tuple[Array, Array]]
+    axes: Axes,
+    image: Pixels,
+    marks: list[Mark],
+    unused: Sequence[Blob],
+    arrows: list[tuple[Array, Array]],
+    reasons: Sequence[str] = (),
 ) -> None:
     height, width = image.shape[:2]
     extent = (-0.5, width - 0.5, height - 0.5, -0.5)
-    axes.imshow(_grey(_shrunk(image)), cmap="gray", vmin=0, vmax=1, extent=extent)
+    axes.imshow(_brightened(_shrunk(image)), cmap="gray", vmin=0, vmax=1, extent=extent)
     axes.set_xlim(extent[:2])
     axes.set_ylim(extent[2:])
     axes.apply_aspect()
@@ -347,6 +383,9 @@ def _draw_frame(
         axes.annotate("", xy=(tip[0], tip[1]), xytext=(start[0], start[1]), arrowprops=arrow)
     covered = [start + part * (tip - start) for start, tip in arrows for part in (0.25, 0.5, 0.75, 1)]
     labels = [Label(m.label, (m.centre_px[0], m.centre_px[1]), m.radius_px, "white") for m in marks]
+    for blob, reason in list(zip(unused, reasons, strict=False))[:MAX_REASONS]:  # by decreasing flux
+        mark = _blob_mark(reason, blob)
+        labels.append(Label(reason, (mark.centre_px[0], mark.centre_px[1]), mark.radius_px, UNUSED))
     add_labels(axes, labels, LABEL_PT, obstacles=np.array(covered), path_effects=OUTLINE)
 
 
@@ -397,7 +436,7 @@ def _draw_close_up(axes: Axes, image: Pixels, mark: Mark, note: str) -> None:
     x0, x1 = int(max(x - reach, 0)), int(min(x + reach + 2, width))
     y0, y1 = int(max(y - reach, 0)), int(min(y + reach + 2, height))
     if x1 > x0 and y1 > y0:
-        part = _grey(_shrunk(image[y0:y1, x0:x1]))
+        part = _brightened(_shrunk(image[y0:y1, x0:x1]))
         extent = (x0 - 0.5, x1 - 0.5, y1 - 0.5, y0 - 0.5)
         axes.imshow(part, cmap="gray", vmin=0, vmax=1, extent=extent, interpolation="nearest")
     if mark.blob is not None and len(mark.blob.rim):
