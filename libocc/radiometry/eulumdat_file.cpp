@@ -3,6 +3,7 @@
 // P. Bourke, "EULUMDAT file format specification".
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "libocc/core/internal/yaml_lines.hpp"
 #include "libocc/radiometry/internal/photometric_text.hpp"
@@ -40,6 +41,16 @@ class LineReader {
     const double value = number(item);
     if (!(value >= 0)) fail(item, "not be negative", value);
     return value;
+  }
+
+  /// A number that the intensities do not depend on; none for an empty line, which some programs
+  /// write.
+  std::optional<double> optional(const std::string& item) {
+    if (next_ < text_.line_count() && text_.line(next_).empty()) {
+      ++next_;
+      return std::nullopt;
+    }
+    return not_negative(item);
   }
 
   int whole(const std::string& item, int min, int max) {
@@ -134,7 +145,7 @@ void read_lamp_sets(LineReader& lines, PhotometricDistribution& distribution) {
     if (!(flux_lm > 0)) lines.fail("total luminous flux" + set, "be positive", flux_lm);
     lines.text("colour appearance" + set);
     lines.text("colour rendering" + set);
-    const double input_w = lines.not_negative("input watts" + set);
+    const std::optional<double> input_w = lines.optional("input watts" + set);
     if (i > 0) continue;
     distribution.keywords.emplace_back("lamps", type);
     distribution.lamp_lm = flux_lm;
@@ -155,35 +166,41 @@ PhotometricDistribution parse_eulumdat(const PhotometricText& text) {
   lines.whole("type of the luminaire (Ityp)", 0, 3);
   const int symmetry = lines.whole("symmetry (Isym)", 0, 4);
   const int planes = lines.whole("number of C planes (Mc)", 1, max_photometric_angles);
-  lines.not_negative("distance of C planes (Dc)");
+  lines.optional("distance of C planes (Dc)");
   const int verticals = lines.whole("number of gamma angles (Ng)", 2, max_photometric_angles);
   if (static_cast<long long>(planes) * verticals > max_photometric_values)
     lines.fail("the file must have at most " + std::to_string(max_photometric_values) +
                " intensities, got " + std::to_string(planes) + " x " + std::to_string(verticals));
-  lines.not_negative("distance of gamma angles (Dg)");
+  lines.optional("distance of gamma angles (Dg)");
   for (const char* name : {"report", "luminaire", "luminaire number", "file", "date"})
     keyword(name);
   for (const char* item :
        {"length of the luminaire", "width of the luminaire", "height of the luminaire"})
-    lines.not_negative(item);
+    lines.optional(item);
   const double length_m = 1e-3 * lines.not_negative("length of the luminous area");
   const double width_m = 1e-3 * lines.not_negative("width of the luminous area");
   for (const char* item :
        {"height of the luminous area at C0", "height of the luminous area at C90",
         "height of the luminous area at C180", "height of the luminous area at C270"})
-    distribution.height_m = std::max(distribution.height_m, 1e-3 * lines.not_negative(item));
+    distribution.height_m =
+        std::max(distribution.height_m, 1e-3 * lines.optional(item).value_or(0));
   if (length_m > 0) {  // width 0: a circle; the length is along C = 90 degrees
     distribution.opening = width_m > 0 ? OpeningShape::rectangle : OpeningShape::ellipse;
     distribution.size_m = {width_m > 0 ? width_m : length_m, length_m};
   }
-  distribution.downward_ratio = lines.not_negative("downward flux fraction") / 100;
-  distribution.output_ratio = lines.not_negative("light output ratio") / 100;
+  const auto percent = [&](const char* item) {
+    std::optional<double> value = lines.optional(item);
+    if (value) *value /= 100;
+    return value;
+  };
+  distribution.downward_ratio = percent("downward flux fraction");
+  distribution.output_ratio = percent("light output ratio");
   const double conversion = lines.number("conversion factor of the intensities");
   if (!(conversion > 0))
     lines.fail("conversion factor of the intensities", "be positive", conversion);
-  lines.number("tilt of the luminaire during measurement");
+  lines.text("tilt of the luminaire during measurement");
   read_lamp_sets(lines, distribution);
-  for (int i = 0; i < 10; ++i) lines.number("direct ratio " + std::to_string(i + 1));
+  for (int i = 0; i < 10; ++i) lines.optional("direct ratio " + std::to_string(i + 1));
 
   const std::vector<double> c_deg = lines.angles("angle C", planes, 360);
   if (c_deg.back() == 360 && planes > 1)

@@ -118,6 +118,19 @@ TEST(EulumdatFile, ReadsAreaFactorsAndLampSets) {
   EXPECT_EQ(parse_photometry(text_of(ldt), "room.ldt").opening, OpeningShape::point);
 }
 
+TEST(EulumdatFile, ItemsWithoutInfluenceMayBeEmpty) {
+  const PhotometricDistribution full = parse_photometry(text_of({}), "room.ldt");
+  std::string text = text_of({});
+  for (const int line : {5, 13, 14, 15, 18, 22, 23, 25, 32, 33, 42})
+    text = with_line(text, line, "");
+  const PhotometricDistribution read = parse_photometry(text, "room.ldt");
+  EXPECT_EQ(read.intensities_cd, full.intensities_cd);
+  EXPECT_FALSE(read.output_ratio.has_value());
+  EXPECT_FALSE(read.input_w.has_value());
+  EXPECT_EQ(error_of(with_line(text, 29, "")),
+            "room.ldt:29: total luminous flux of lamp set 1 must be a finite number, got ``");
+}
+
 TEST(EulumdatFile, ErrorsNameFileLineAndItem) {
   const std::string good = text_of({});
   const std::vector<std::pair<std::string, std::string>> cases{
