@@ -96,7 +96,8 @@ double log_visibility(const AssignmentProblem& problem, const MapPoint& map_poin
 }
 
 double log_appearance(const AssignmentProblem& problem, const PoseHypothesis& e, bool powers_fit) {
-  const scene::ColourTest colours(problem.scene ? problem.scene->lamps : std::vector<Lamp>());
+  const std::vector<Lamp> none;
+  const scene::ColourTest colours(problem.scene ? problem.scene->lamps : none);
   double log = 0;
   for (const Pair& pair : e.pairs) {
     const BearingObservation& observation = problem.observation(pair.observation);

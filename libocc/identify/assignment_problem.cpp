@@ -295,7 +295,8 @@ bool exclude_by_colour(const ColourTest& colours, const Blob& blob, BearingObser
 // confirm the result, because its centroid is inaccurate.
 void add_observations(AssignmentProblem& problem) {
   const std::vector<Blob>& blobs = *problem.blobs;
-  const ColourTest colours(problem.scene ? problem.scene->lamps : std::vector<Lamp>());
+  const std::vector<Lamp> none;
+  const ColourTest colours(problem.scene ? problem.scene->lamps : none);
   const auto is_cut = [](const Blob& b) { return b.cut_by_border && !is_almost_whole(b); };
   std::ptrdiff_t whole = 0;
   for (const Blob& blob : blobs) {

@@ -89,7 +89,10 @@ void Search::run() {
       !found_.empty() && found_.front().pairs.size() < problem_.observations.size();
   // With fewer pairs, a rival needs as many as the best (fewer_pairs), and rounding may cost it
   // one.
-  const bool is_weak = !found_.empty() && found_.front().pairs.size() < strong_pairs;
+  // Of a large map that takes long: the time grows with the square of the number of lamps.
+  constexpr std::size_t max_lamps = 256;
+  const bool is_weak = !found_.empty() && found_.front().pairs.size() < strong_pairs &&
+                       problem_.map_points.size() <= max_lamps;
   const bool may_be_elsewhere = cut_short_ || last_pose || leaves_blobs;
   if (may_be_elsewhere || is_weak) add_moved_poses(may_be_elsewhere);
   if (prior_) add_poses_elsewhere();

@@ -2,6 +2,7 @@
 """Image formation in detail: effects and their plan, colour filters, and the projection of a lamp."""
 
 from ._core import (
+    BlobColour,
     Channel,
     EffectPlan,
     Ellipse,
@@ -17,6 +18,6 @@ from ._core import (
 )
 
 __all__ = [
-    "Channel", "EffectPlan", "Ellipse", "ExplainedEffect", "Ghost", "Mosaic", "NoiseArea", "Use",
+    "BlobColour", "Channel", "EffectPlan", "Ellipse", "ExplainedEffect", "Ghost", "Mosaic", "NoiseArea", "Use",
     "log_irradiance_gradient", "plan_render", "project_lamp_centre", "project_rim",
 ]

@@ -267,7 +267,8 @@ void define_locate_function(py::module_& m) {
 
 Detects blobs, assigns them to lamps, solves for the pose and refines it.
 image: (height, width) or (height, width, 3 or 4) array of uint8 or uint16, of the camera's size;
-not copied when the pixels of a row are adjacent. Instead of the image, a list of Blobs from
+not copied when the pixels of a row are adjacent. Channels are red, green, blue; they are compared
+with the lamps' colours if the scene states any. Instead of the image, a list of Blobs from
 detect(). scene: Scene. prior: Prior or None.
 budget_s: selects the most accurate rung that is predicted to fit into the time left after detection
 and identification. target_sigma_m: root of the trace of the position's covariance; selects the

@@ -30,6 +30,7 @@ DISTRIBUTION = dict(
     intensities_cd=[[3, 3], [2, 1], [1, 0.5]], opening=photometry.OpeningShape.ellipse, size_m=[0.2, 0.3],
     height_m=0.1, lamp_lm=3000, input_w=40, tilt=photometry.LampTilt(**TILT), output_ratio=0.8, downward_ratio=0.9,
 )  # fmt: skip
+COLOUR = dict(share=[0.2, 0.5, 0.3], sigma=[0.01, 0.02, 0.03], clipped=[False, True, False])
 VALUES: dict[type, dict[str, Any]] = {
     rendering.Channel: CHANNEL,
     occ.Sensor: dict(
@@ -43,7 +44,8 @@ VALUES: dict[type, dict[str, Any]] = {
         id=4, name="door", shape=occ.LampShape.lame, centre_m=[1, 2, 3], normal=[0, 1, 0], radius_m=0.2,
         size_m=[0.3, 0.4], x_axis=[0, 0, 1], exponent=3, power_w=2, power_sigma=0.2, half_power_rad=1,
         code=codes.LampCode(code=codes.Code(**CODE), id=3), frequency_hz=50, waveform=[1, 0.5], duty=0.25, phase=0.5,
-        colour=[1, 0.5, 0.25], position_sigma_m=[0.01, 0.02, 0.03], size_sigma=0.05, tilt_sigma_rad=0.1,
+        colour=[1, 0.5, 0.25], colour_sigma=0.2,
+        position_sigma_m=[0.01, 0.02, 0.03], size_sigma=0.05, tilt_sigma_rad=0.1,
         shared_errors_m=[[0.1, 0.2, 0.3], [0, 0, 0.4]], photometry=photometry.PhotometricDistribution(**DISTRIBUTION),
     ),
     photometry.LampTilt: TILT,
@@ -62,12 +64,13 @@ VALUES: dict[type, dict[str, Any]] = {
         heading_rad=np.pi / 2, heading_sigma_rad=0.1, gravity_in_cam=[0, 0, -1], gravity_sigma_rad=0.01, last_pose=None,
     ),
     rendering.Ellipse: ELLIPSE,
+    rendering.BlobColour: COLOUR,
     occ.Blob: dict(
         centroid_px=[3, 4], covariance_px2=[[1, 0.5], [0.5, 2]], light_response_px2=[[1, 2], [3, 4]], flux_dn=1,
         flux_sigma_dn=2, peak_dn=3, background_dn=4, noise_dn=5, area_px=6, x0=1, y0=2, x1=3, y1=4,
         ellipse=rendering.Ellipse(**ELLIPSE), rim=np.arange(10.0).reshape(2, 5),
         rim_covariance_px2=np.diag([1, 2, 3, 4, 5]), saturated=True, merged=True, cut_by_border=True, striped=True,
-        frequency_hz=20, frequency_sigma_hz=0.5, lamp_id=9,
+        frequency_hz=20, frequency_sigma_hz=0.5, lamp_id=9, colour=rendering.BlobColour(**COLOUR),
     ),
     objects.ObjectPoint: dict(id=3, label="left", position_m=[1, 2, 3], normal=[0, 1, 0], cone_rad=1, radius_m=0.1),
 }  # fmt: skip

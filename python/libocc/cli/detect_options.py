@@ -8,7 +8,7 @@ from typing import Any
 import click
 import numpy as np
 
-from .._core import Blob
+from .._core import Blob, Scene
 from . import Failure
 
 AUTO = "auto"
@@ -52,6 +52,12 @@ def threshold_above_ceiling(pixels: Any) -> float:
 def threshold_of(pixels: Any, threshold: Threshold) -> float | None:
     """Value of the option for an image."""
     return threshold_above_ceiling(pixels) if isinstance(threshold, str) else threshold
+
+
+def stated_colours(scene: Scene) -> list[Any]:
+    """Colours of the lamps for detect(); empty if the channels of no lamp differ."""
+    colours = [lamp.colour for lamp in scene.lamps]
+    return colours if any(np.ptp(colour) > 0 for colour in colours) else []
 
 
 def background_hint(pixels: Any, blobs: Sequence[Blob], threshold: Threshold, lamps: int | None = None) -> str:

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from .._core import (
     Blob,
+    BlobColour,
     Candidate,
     Fix,
     Hypothesis,

@@ -36,7 +36,10 @@ def is_bag(path: Path) -> bool:
 
 
 def pixels_of(message: Any) -> Pixels:
-    """Pixels of a sensor_msgs/msg/Image, colours as red, green, blue. Raises: ValueError when its encoding or size is invalid."""
+    """Pixels of a sensor_msgs/msg/Image; colours are red, green, blue.
+
+    Raises: ValueError when its encoding or size is invalid.
+    """
     if message.encoding not in ENCODINGS:
         raise ValueError(f"encoding must be one of {', '.join(ENCODINGS)}, got {message.encoding!r}")
     channels, bytes_ = ENCODINGS[message.encoding]

@@ -5,12 +5,13 @@ import libocc as occ
 
 from ... import samples
 from .. import error_context, json_option, overlay_option, print_json, report
-from ..detect_options import Threshold, background_hint, threshold_of, threshold_option
+from ..detect_options import Threshold, background_hint, stated_colours, threshold_of, threshold_option
 
 
 @click.command(short_help="List the bright blobs of an image.")
 @click.argument("image")
-@click.option("--scene", metavar="SCENE", help="Scene whose sensor model (noise, row timing) is used.")
+@click.option("--scene", metavar="SCENE",
+              help="Scene whose sensor model (noise, row timing) and colours of lamps are used.")
 @threshold_option
 @json_option
 @overlay_option
@@ -27,13 +28,14 @@ def command(
 
     Lists the bright blobs of IMAGE, brightest first.
     """
-    sensor = None
+    sensor, colours = None, []
     if scene is not None:
         with error_context(scene):
-            sensor = samples.load_scene(scene).sensor
+            loaded = samples.load_scene(scene)
+            sensor, colours = loaded.sensor, stated_colours(loaded)
     with error_context(image):
         pixels = occ.read_image(samples.find_image(image))
-        blobs = occ.detect(pixels, sensor=sensor, threshold_dn=threshold_of(pixels, threshold_dn))
+        blobs = occ.detect(pixels, sensor=sensor, threshold_dn=threshold_of(pixels, threshold_dn), colours=colours)
     if overlay is not None:
         from ..overlay import draw
 

@@ -7,7 +7,7 @@ import libocc as occ
 
 from ... import samples
 from .. import error_context, json_option, overlay_option, print_json, report
-from ..detect_options import Threshold, background_hint, threshold_of, threshold_option
+from ..detect_options import Threshold, background_hint, stated_colours, threshold_of, threshold_option
 from ..prior_options import given, prior_options
 
 
@@ -57,7 +57,9 @@ def command(
             raise ValueError(
                 f"its size is {width} x {height}, that of the camera of {scene} is {camera.width} x {camera.height}"
             )
-        blobs = occ.detect(pixels, sensor=lamps.sensor, threshold_dn=threshold_of(pixels, threshold_dn))
+        blobs = occ.detect(
+            pixels, sensor=lamps.sensor, threshold_dn=threshold_of(pixels, threshold_dn), colours=stated_colours(lamps)
+        )
     options: dict[str, Any] = {"method": occ.IdentifyMethod[method]}
     if sigma_px is not None:
         options["gate_model_sigma_px"] = sigma_px
