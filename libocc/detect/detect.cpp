@@ -95,6 +95,17 @@ void scale_levels(double factor, std::vector<Blob>& blobs) {
       *level *= factor;
 }
 
+/// Around clipped pixels a difference of channels is no longer proportional to the light, so the rim
+/// of a polygon is up to a pixel off. Its centre remains.
+void drop_clipped_rim(Blob& blob) {
+  constexpr double centre_px = 0.2;
+  if (!blob.saturated || blob.corners_px.empty()) return;
+  blob.rim.clear();
+  blob.corners_px.clear();
+  blob.rim_covariance_px2.setZero();
+  blob.covariance_px2.diagonal().array() += centre_px * centre_px;
+}
+
 std::vector<Blob> detect_colour(const ImageView& image, const LinearImage& channels,
                                 const Eigen::Vector3d& share, const DetectOptions& given) {
   const ColourDifference difference(image, channels, share, sensor_of(given));
@@ -117,6 +128,7 @@ std::vector<Blob> detect_colour(const ImageView& image, const LinearImage& chann
                   blobs.begin(), blobs.end(),
                   [&](const Blob& blob) { return !blob.striped && !difference.has_colour(blob); }),
               blobs.end());
+  for (Blob& blob : blobs) drop_clipped_rim(blob);
   scale_levels(1 / difference.levels_per_dn(), blobs);
   return blobs;
 }
