@@ -11,8 +11,6 @@
 namespace occ::internal::refine {
 namespace {
 
-constexpr double hidden = 0.02;  // probability that size and flux of a lamp are open
-
 /// Flux of a blob over that of the brightest lamp from which on the blob is prominent.
 constexpr double prominent = 3;
 
@@ -30,7 +28,7 @@ double log_ratio_at(double log_gain, const std::vector<SeenLight>& lamps) {
     double log = lamp.log_size;
     if (lamp.flux && !(lamp.flux->at_least && lamp.flux->log_ratio < log_gain))
       log -= 0.5 * square((lamp.flux->log_ratio - log_gain) / lamp.flux->sigma);
-    sum += std::log((1 - hidden) * std::exp(log) + hidden);
+    sum += std::log((1 - lamp.open) * std::exp(log) + lamp.open);
   }
   return sum;
 }

@@ -67,6 +67,13 @@ bool has_grown(const Lamp& lamp, const Blob& blob, bool colours_are_stated) {
   return true;
 }
 
+/// True if a blob is clearly larger than predicted, which no hidden part explains.
+bool is_larger(const Eigen::Array2d& axes_px, const Blob& blob) {
+  constexpr double factor = 1.2, blur_px = 1.5;
+  return std::sqrt(blob.ellipse.semi_major_px * blob.ellipse.semi_minor_px) >
+         factor * std::sqrt(axes_px.prod()) + blur_px;
+}
+
 /// Light of a seen lamp, and ln of the density ratio of its visibility: nearly edge-on a disc is
 /// too dark to be found, but for one in a hundred.
 std::pair<SeenLight, double> appearance(const Lamp& lamp, const Blob& blob,
@@ -75,6 +82,7 @@ std::pair<SeenLight, double> appearance(const Lamp& lamp, const Blob& blob,
   constexpr double edge_on = 0.1;
   constexpr SizeErrors of_disc{0.1, 0.1};
   constexpr SizeErrors of_moments{0.25, 0.1};  // uneven light and hidden parts make them smaller
+  constexpr double open_if_larger = 0.001;     // only glare or another lamp beside it
   const double seen_edge_on = std::log(0.01);
   SeenLight light;
   light.flux = flux_ratio(lamp, blob, cam_from_world, scene);
@@ -82,9 +90,11 @@ std::pair<SeenLight, double> appearance(const Lamp& lamp, const Blob& blob,
   if (lamp.shape != LampShape::disc) {
     if (blob.corners_px.size() == 4) return {light, 0};  // the corners say more, see add_corners
     const auto axes_px = predicted_light_axes_px(lamp, cam_from_world, scene.camera);
-    if (axes_px)
-      light.log_size =
-          log_size_ratio(*axes_px, blob, of_moments, has_grown(lamp, blob, colours_are_stated));
+    if (axes_px) {
+      const bool grown = has_grown(lamp, blob, colours_are_stated);
+      light.log_size = log_size_ratio(*axes_px, blob, of_moments, grown);
+      if (!grown && is_larger(*axes_px, blob)) light.open = open_if_larger;
+    }
     return {light, 0};
   }
   const auto axes_px = predicted_axes_px(lamp, cam_from_world, scene.camera);

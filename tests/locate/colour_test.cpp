@@ -107,5 +107,26 @@ TEST(LocateColour, ASceneWithoutColoursReadsGrey) {
   EXPECT_EQ(fix.message, "");
 }
 
+// Stripes are read in the colour difference, too. Their blobs have no colour.
+TEST(LocateColour, CodedLampsAreNamedThroughARollingShutter) {
+  Scene scene = test::square_room();
+  const double codes_hz[] = {2000, 2500, 3000, 3500};
+  for (std::size_t i = 0; i < 4; ++i) {
+    scene.lamps[i].frequency_hz = codes_hz[i];
+    scene.lamps[i].radius_m = 0.17;
+    scene.lamps[i].colour = green;
+  }
+  scene.camera = Camera::pinhole(1280, 960, 845, 845, 639.5, 479.5);
+  scene.sensor.row_time_s = 1 / 47540.0;
+  scene.sensor.exposure_s = 6e-5;
+  Random random(5);
+  const Rigid3 truth = central_pose(random);
+  const Image image = test::simulate_colours(scene, truth).image;
+  const Result<Fix> fix = locate(image.view(), scene);
+  ASSERT_TRUE(fix.ok()) << fix.message;
+  EXPECT_EQ(fix->lamps.size(), 4u);
+  EXPECT_LT(error_m(*fix, truth), 0.01);
+}
+
 }  // namespace
 }  // namespace occ

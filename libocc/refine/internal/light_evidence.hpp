@@ -25,6 +25,7 @@ struct FluxRatio {
 struct SeenLight {
   double log_size = 0;  ///< ln of the density ratio of its size to that of a false light
   std::optional<FluxRatio> flux;
+  double open = 0.02;  ///< probability that size and flux are open: partly hidden, dirty
 };
 
 /// ln of a blob's flux before vignetting; empty if the flux was not measured.
