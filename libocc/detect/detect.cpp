@@ -95,8 +95,8 @@ void scale_levels(double factor, std::vector<Blob>& blobs) {
       *level *= factor;
 }
 
-/// Around clipped pixels a difference of channels is no longer proportional to the light, so the rim
-/// of a polygon is up to a pixel off. Its centre remains.
+/// Around clipped pixels a difference of channels is no longer proportional to the light, so the
+/// rim of a polygon is up to a pixel off. Its centre remains.
 void drop_clipped_rim(Blob& blob) {
   constexpr double centre_px = 0.2;
   if (!blob.saturated || blob.corners_px.empty()) return;

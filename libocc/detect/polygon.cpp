@@ -370,8 +370,8 @@ void join_straight_sides(Polygon& polygon, std::vector<std::size_t>& starts) {
   }
 }
 
-/// Where the neighbours of a short side meet, if that is close to it: blur or noise has rounded the
-/// corner.
+/// Returns the point where the neighbours of a short side meet if that is close to it: blur or
+/// noise has rounded the corner.
 std::optional<Eigen::Vector2d> rounded_corner(const Polygon& polygon, std::size_t side) {
   constexpr double short_px = 10, near_px = 1;  // beyond half of its length
   const std::size_t n = polygon.sides.size(), before = (side + n - 1) % n, after = (side + 1) % n;

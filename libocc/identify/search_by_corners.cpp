@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Poses from the corners of single rectangles. Four coplanar points determine up to two poses; a
-// rectangle is the same after half a turn, a square after a quarter, which gives up to eight.
+// Poses from the corners of single rectangles. Four coplanar points have up to two poses. A
+// rectangle is the same after half a turn, a square after a quarter, so a square has up to eight.
 #include "libocc/identify/internal/search_by_corners.hpp"
 
 #include <Eigen/LU>

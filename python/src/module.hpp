@@ -17,8 +17,8 @@ namespace py = pybind11;
 void define_core(py::module_& m);
 void define_codes(py::module_& m);
 void define_camera(py::module_& m);
-void define_effects(py::module_& m);  // called by define_scene
-void define_tag(py::module_& m);      // called by define_scene
+void define_effects(py::module_& m);      // called by define_scene
+void define_tag(py::module_& m);          // called by define_scene
 void define_photometric(py::module_& m);  // called by define_scene
 void define_scene(py::module_& m);
 void define_formation(py::module_& m);

@@ -66,7 +66,9 @@ class ColourDifference {
   ImageView view() const { return image_.view(); }        ///< D, 16 bits
   ImageView search_view() const { return pure_.view(); }  ///< S, 16 bits
   double levels_per_dn() const { return scale_; }         ///< levels of D and S per linear DN
-  double min_noise() const { return min_noise_; }  ///< noise of dark pixels by quantisation [levels]
+  double min_noise() const {
+    return min_noise_;
+  }  ///< noise of dark pixels by quantisation [levels]
   /// Noise model and full scale of view(); the rest is the given sensor's.
   const std::optional<Sensor>& sensor() const { return sensor_; }
 

@@ -40,8 +40,9 @@ struct PolygonSide {
 struct Polygon {
   std::vector<PolygonSide> sides;
   std::vector<Eigen::Vector2d> corners_px;
-  Eigen::Vector2d centroid_px = Eigen::Vector2d::Zero();         ///< of the area
-  Eigen::Matrix2d second_moments_px2 = Eigen::Matrix2d::Zero();  ///< of the area, about it
+  Eigen::Vector2d centroid_px = Eigen::Vector2d::Zero();  ///< centroid of the area
+  Eigen::Matrix2d second_moments_px2 =
+      Eigen::Matrix2d::Zero();  ///< second central moments of the area
   double area_px2 = 0;
 
   const Eigen::Vector2d& corner_after(std::size_t side) const {
@@ -53,7 +54,7 @@ struct Polygon {
   /// Share of the light that a point keeps under a Gaussian blur of the sides.
   double coverage(const Eigen::Vector2d& px, double blur_px) const;
 
-  /// The same at the edge of a line across a side, by all sides that the line does not cross.
+  /// Share at the edge of a line across a side, under the blur of the sides that it does not cross.
   double coverage_beside(const RimLine& line, std::size_t side, double blur_px) const;
 
   /// Rows or columns that cross a side at least `margin_px` from its ends.

@@ -18,7 +18,8 @@
 
 namespace occ::internal::detect {
 
-inline constexpr double dimmest_used = 0.03;  ///< of full scale; the brightest is clipped_share
+inline constexpr double dimmest_used =
+    0.03;  ///< part of full scale; the brightest is clipped_share
 inline constexpr double inside_px = 1.5, outside_px = 4;  ///< window about the rim
 inline constexpr double rim_level = 0.5;                  ///< signal at the rim, of full scale
 inline constexpr int max_saturated_passes = 8;

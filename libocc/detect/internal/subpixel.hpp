@@ -51,7 +51,8 @@ std::optional<Rim> measure_saturated_rim(const Patch& patch, const Component& co
 struct PolygonRim {
   Polygon polygon;
   std::vector<RimPoint> points;
-  Eigen::Matrix2d centre_covariance_px2 = Eigen::Matrix2d::Zero();  ///< of the polygon's centroid
+  Eigen::Matrix2d centre_covariance_px2 =
+      Eigen::Matrix2d::Zero();  ///< covariance of the polygon's centroid
   RimErrorCovariance common_covariance_px2 = RimErrorCovariance::Zero();
   Eigen::Matrix2d light_response_px2 = Eigen::Matrix2d::Zero();
 };
@@ -61,7 +62,7 @@ struct PolygonRim {
 std::optional<PolygonRim> measure_polygon(const Patch& patch, const Component& component,
                                           double blur_px);
 
-/// The same for a lamp that is clipped at full scale, see measure_saturated_rim().
+/// Measures a lamp with straight sides that is clipped at full scale, see measure_saturated_rim().
 std::optional<PolygonRim> measure_saturated_polygon(const Patch& patch, const Component& component);
 
 /// Sets the normals to those of the ellipse through the points. Those of the pass before differ by
