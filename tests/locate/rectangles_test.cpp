@@ -45,13 +45,13 @@ Rigid3 random_view(Random& random, const Eigen::Vector3d& position_m, double rea
   return pose;
 }
 
-struct Run {
+struct Errors {
   double nees = 0, worst_m = 0;
   int images = 0, candidates = 0;
 };
 
 /// Errors of the candidate that is nearest to the truth.
-void add(const Fix& fix, const Rigid3& truth, Run& run) {
+void add(const Fix& fix, const Rigid3& truth, Errors& errors) {
   const Eigen::Vector3d position_m = truth.origin_in_source();
   const Candidate* nearest = nullptr;
   for (const Candidate& c : fix.candidates)
@@ -59,10 +59,10 @@ void add(const Fix& fix, const Rigid3& truth, Run& run) {
       nearest = &c;
   ASSERT_NE(nearest, nullptr);
   const Vector6 error = difference(nearest->cam_from_world, truth);
-  run.nees += error.dot(nearest->covariance.inverse() * error) / 6;
-  run.worst_m = std::max(run.worst_m, (nearest->position_m - position_m).norm());
-  ++run.images;
-  run.candidates += static_cast<int>(fix.candidates.size());
+  errors.nees += error.dot(nearest->covariance.inverse() * error) / 6;
+  errors.worst_m = std::max(errors.worst_m, (nearest->position_m - position_m).norm());
+  ++errors.images;
+  errors.candidates += static_cast<int>(fix.candidates.size());
 }
 
 const std::vector<Eigen::Vector3d> irregular = {
@@ -73,7 +73,7 @@ TEST(LocateRectangles, PanelsAndTubesAreFoundWithTrueCovariances) {
     SCOPED_TRACE(size_m.transpose());
     const Scene scene = room_of(size_m, irregular);
     Random random(4);
-    Run run;
+    Errors errors;
     for (int trial = 0; trial < 40; ++trial) {
       SimulateOptions simulation;
       simulation.seed = static_cast<std::uint64_t>(trial);
@@ -81,10 +81,10 @@ TEST(LocateRectangles, PanelsAndTubesAreFoundWithTrueCovariances) {
       const Rendered rendered = simulate(scene, truth, simulation);
       const Result<Fix> fix = locate(rendered.image.view(), scene);
       ASSERT_EQ(fix.status, Status::ok) << trial << ": " << fix.message;
-      add(*fix, truth, run);
+      add(*fix, truth, errors);
     }
-    EXPECT_LT(run.worst_m, 1e-3);
-    EXPECT_NEAR(run.nees / run.images, 1, 0.25);
+    EXPECT_LT(errors.worst_m, 1e-3);
+    EXPECT_NEAR(errors.nees / errors.images, 1, 0.25);
   }
 }
 
@@ -94,7 +94,7 @@ TEST(LocateRectangles, OneGivesAllItsPoses) {
     SCOPED_TRACE(size_m.transpose());
     const Scene scene = room_of(size_m, {{2, 2, 3}});
     Random random(7);
-    Run run;
+    Errors errors;
     for (int trial = 0; trial < 60; ++trial) {
       SimulateOptions simulation;
       simulation.seed = static_cast<std::uint64_t>(trial);
@@ -104,7 +104,7 @@ TEST(LocateRectangles, OneGivesAllItsPoses) {
       const Result<Fix> fix = locate(rendered.image.view(), scene);
       ASSERT_EQ(fix.status, Status::ambiguous) << trial << ": " << fix.message;
       EXPECT_EQ(fix->candidates.size(), static_cast<std::size_t>(poses)) << trial;
-      add(*fix, truth, run);
+      add(*fix, truth, errors);
 
       LocateOptions options;
       options.prior.emplace();
@@ -116,9 +116,9 @@ TEST(LocateRectangles, OneGivesAllItsPoses) {
       options.prior->height_m = 0.5;
       EXPECT_EQ(locate(rendered.image.view(), scene, options).status, Status::ok) << trial;
     }
-    EXPECT_GT(run.images, 30);
-    EXPECT_LT(run.worst_m, 0.01);
-    EXPECT_NEAR(run.nees / run.images, 1, 0.25);
+    EXPECT_GT(errors.images, 30);
+    EXPECT_LT(errors.worst_m, 0.01);
+    EXPECT_NEAR(errors.nees / errors.images, 1, 0.25);
   }
 }
 

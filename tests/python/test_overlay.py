@@ -13,6 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.text import Text
 
 import libocc as occ
+from libocc import samples
 from libocc.cli import overlay
 from libocc.cli.labels import Label, add_labels, text_size, wrapped
 
@@ -141,3 +142,20 @@ def test_an_exact_fit_of_three_centres_is_marked(
         overlay.draw_fix(tmp_path / "picture.png", image, fix, some)
     assert "no check: a pose fits any three centres" in captions[0]
     assert "no check" not in captions[1] and "1 pose  " in captions[1]
+
+
+def test_unused_blobs_have_a_reason_and_colours_are_kept(drawn: Draw) -> None:
+    scene = samples.load_scene("irregular_six")
+    grey, truth = occ.simulate(scene, occ.look_at([1.9, 2.1, 0.3], [1.9, 2.1, 3], up=[0, 1, 0]), seed=3)
+    image = np.stack([grey, grey, grey // 2], axis=2)
+    image[300:330, 40:90] = [40, 200, 90]  # a window
+    image[0:9, 500:520] = 200  # cut by the border
+    fix = occ.locate(image, scene)
+    assert fix.ok
+    reasons = [overlay.unused_reason(b, fix, scene) for b in fix.blobs if b.x0 < 95 and b.y0 > 290]
+    assert reasons == ["shape of no lamp"]
+    figure = drawn(overlay.draw_fix, image, fix, scene)
+    written = {text.get_text() for text in figure.axes[0].texts}
+    assert {"shape of no lamp", "cut by the border", "lamp 0"} <= written
+    shown = figure.axes[0].images[0].get_array()
+    assert shown.shape == image.shape and shown[310, 60, 1] > shown[310, 60, 0]
