@@ -13,7 +13,9 @@
 namespace occ::internal::identify {
 namespace {
 
-constexpr std::size_t max_motions = 64;  // those that map the most lamps; a ring of 16 has 31
+constexpr std::size_t max_motions = 64;   // those that map the most lamps; a ring of 16 has 31
+constexpr std::size_t max_searched = 16;  // those whose poses may match other blobs as well: this
+                                          // takes time with the number of lamps of the map
 
 struct Motion {
   Rigid3 moved;  // of the map
@@ -183,13 +185,17 @@ void Search::add_moved_poses(bool list_excluded) {
   open.options = &options;
   Search free(open);
   free.best_support_ = best_support_;
-  for (const Motion& motion : motions) {
-    Assignment assignment = corner->pairs;
-    for (std::size_t i = 0; i < 3; ++i) assignment[i].map_point = motion.lamps[i];
-    const std::vector<Pair> three(assignment.begin(), assignment.end());
-    const FittedPose seed = fit_pose(open, three, best.estimate.pose * motion.moved.inverse());
-    if (appearance_agrees(open, assignment, seed.pose)) free.consider(seed, assignment);
-    if (motion.mapped < static_cast<int>(best.pairs.size())) continue;
+  for (std::size_t m = 0; m < motions.size(); ++m) {
+    const Motion& motion = motions[m];
+    if (m < max_searched) {
+      Assignment assignment = corner->pairs;
+      for (std::size_t i = 0; i < 3; ++i) assignment[i].map_point = motion.lamps[i];
+      const std::vector<Pair> three(assignment.begin(), assignment.end());
+      const FittedPose seed = fit_pose(open, three, best.estimate.pose * motion.moved.inverse());
+      if (appearance_agrees(open, assignment, seed.pose)) free.consider(seed, assignment);
+    }
+    if (best.pairs.size() >= strong_pairs || motion.mapped < static_cast<int>(best.pairs.size()))
+      continue;
     if (auto moved = moved_pairs(open, best, motion.moved, place_m)) free.keep(std::move(*moved));
   }
   free.merge_and_rank();
