@@ -21,6 +21,10 @@ constexpr double polygon_settled_px = 0.01;  // convergence limit for centroid, 
 constexpr double corner_sigmas = 1.5;
 constexpr double saturated_corner_px = 3;  // the rounding of a clipped corner is not modelled
 
+// Error of a side by the model of an edge, a Gaussian for the blur and the pixel's box: where the
+// side runs along rows or columns, it is the same in all profiles. Found on rendered panels.
+constexpr double edge_model_px = 0.0025;
+
 /// Points of each side.
 using SidePoints = std::vector<std::vector<RimPoint>>;
 
@@ -56,9 +60,6 @@ Eigen::Vector2d centroid_by_side(const Polygon& polygon, std::size_t side) {
 /// by length^3 r / 12 / area along the side.
 Eigen::Matrix2d centre_covariance(const Polygon& polygon, const SidePoints& points) {
   constexpr double unmeasured_px = 0.5;  // error of a side without points
-  // Error by the model of an edge, a Gaussian for the blur and the pixel's box: where a side runs
-  // along rows or columns, it is the same in all profiles. Found on rendered panels.
-  constexpr double edge_model_px = 0.0015;
   Eigen::Matrix2d sum = Eigen::Matrix2d::Zero();
   for (std::size_t i = 0; i < polygon.sides.size(); ++i) {
     const Eigen::Vector2d along = polygon.corner_after(i) - polygon.corners_px[i];
@@ -137,6 +138,9 @@ void add_plateau_noise(const RimModel& model, const RimProfiles& profiles, const
       pixel_variance * response * model.plateau.gradient_covariance() * response.transpose();
   rim.common_covariance_px2.bottomRightCorner<2, 2>() =
       growth * growth * pixel_variance * model.plateau.rim_stretch_covariance();
+  // Independent errors of four sides: half of their variance for a shift, less for growth and
+  // stretch.
+  rim.common_covariance_px2.diagonal().array() += square(edge_model_px) / 2;
   rim.centre_covariance_px2 =
       covariance_of_plateau(rim.polygon, model.plateau, pixel_variance, growth);
 }

@@ -69,7 +69,7 @@ const std::vector<Eigen::Vector3d> irregular = {
     {1, 1, 3}, {2.8, 1.2, 3}, {1.2, 2.9, 3}, {2.6, 2.7, 3}, {1.9, 1.9, 3}};
 
 TEST(LocateRectangles, PanelsAndTubesAreFoundWithTrueCovariances) {
-  for (const Eigen::Vector2d& size_m : {Eigen::Vector2d(0.6, 0.6), Eigen::Vector2d(0.7, 0.06)}) {
+  for (const Eigen::Vector2d& size_m : {Eigen::Vector2d(0.45, 0.45), Eigen::Vector2d(0.7, 0.06)}) {
     SCOPED_TRACE(size_m.transpose());
     const Scene scene = room_of(size_m, irregular);
     Random random(4);
