@@ -325,7 +325,6 @@ std::optional<Plateau> Plateau::fit_surface(const Patch& patch, const Region& re
   Sums<Degree> sums;
   region.for_each_row(patch, [&](int y, int x0, int x1) {
     const double dy = y - region.centre().y();
-    plateau.rows_.push_back({y, x0, x1});
     sums.add_row(patch.at(x0, y), x0 - region.centre().x(), dy, x1 - x0 + 1, plateau.scale_,
                  region);
   });
@@ -358,40 +357,6 @@ std::optional<Plateau> Plateau::fit_surface(const Patch& patch, const Region& re
     plateau.rim_stretch_covariance_ = stretch.transpose() * solver.solve(stretch);
   }
   return plateau;
-}
-
-double Plateau::structure(const Patch& patch) const {
-  constexpr double chance_sigmas = 3;
-  if (degree_ > 2) return 0;  // surfaces of larger lamps follow their light
-  double common = 0, squares = 0;
-  int pairs = 0;
-  const auto residual = [&](int x, int y) { return *patch.at(x, y) - (*this)(x, y); };
-  std::vector<double> above, row;  // residuals of a run of pixels and of the run above it
-  PixelRun before{};
-  for (const PixelRun& run : rows_) {
-    row.clear();
-    for (int x = run.x0; x <= run.x1; ++x) {
-      row.push_back(residual(x, run.y));
-      squares += row.back() * row.back();
-    }
-    for (std::size_t i = 1; i < row.size(); ++i) common += row[i - 1] * row[i];
-    pairs += run.x1 - run.x0;
-    if (before.y + 1 == run.y) {
-      const int first = std::max(before.x0, run.x0), last = std::min(before.x1, run.x1);
-      for (int x = first; x <= last; ++x) {
-        common += above[static_cast<std::size_t>(x - before.x0)] *
-                  row[static_cast<std::size_t>(x - run.x0)];
-        ++pairs;
-      }
-    }
-    above.swap(row);
-    before = run;
-  }
-  if (pairs == 0) return 0;
-  // The product of two independent residuals has the square of their variance, squares / pixels.
-  const double pixels = 0.5 * pairs;
-  const double chance = chance_sigmas * squares / pixels * std::sqrt(pairs);
-  return std::sqrt(std::max(0.0, common - chance) / pairs);
 }
 
 double Plateau::level_covariance(const Eigen::Vector2d& a, const Eigen::Vector2d& b) const {

@@ -188,8 +188,7 @@ std::optional<PolygonRim> measure_polygon(const Patch& patch, const Component& c
       PolygonRim rim;
       rim.polygon = *polygon;
       add_plateau_noise(model, profiles, points, rim);
-      add_uneven_light(model, profiles, patch, rim.common_covariance_px2,
-                       rim.centre_covariance_px2);
+      add_uneven_light(model, profiles, rim.common_covariance_px2, rim.centre_covariance_px2);
       finish(points, rim);
       return rim;
     }

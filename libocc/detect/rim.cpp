@@ -94,8 +94,7 @@ std::optional<Rim> fit_rim(const Patch& patch, FittedConic conic, double blur_px
       if (profiles.misfit() > max_misfit) return std::nullopt;
       align_normals(rim);
       add_plateau_noise(model, profiles, rim);
-      add_uneven_light(model, profiles, patch, rim.common_covariance_px2,
-                       rim.fit.centre_covariance_px2);
+      add_uneven_light(model, profiles, rim.common_covariance_px2, rim.fit.centre_covariance_px2);
       inflate_sigmas(rim);
       rim.common_covariance_px2(0, 0) += square(soft_growth_px(rim.blur_px, blur_px));
       return rim;

@@ -133,7 +133,7 @@ def test_an_exact_fit_of_three_centres_is_marked(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, scene: occ.Scene
 ) -> None:
     captions: list[str] = []
-    monkeypatch.setattr(overlay, "_picture", lambda *args: captions.append(args[-1]))
+    monkeypatch.setattr(overlay, "_picture", lambda *args: captions.append(args[5]))
     prior = occ.Prior(position_m=[1.9, 2.1, 0.3], position_sigma_m=0.3)
     for lamps in (3, 6):
         some = scene.replace(lamps=scene.lamps[:lamps])

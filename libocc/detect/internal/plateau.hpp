@@ -6,7 +6,6 @@
 #include <Eigen/Core>
 #include <array>
 #include <optional>
-#include <vector>
 
 #include "libocc/core/abi.hpp"
 #include "libocc/detect/internal/ellipse_fit.hpp"
@@ -19,11 +18,6 @@ namespace occ::internal::detect {
 inline constexpr double level_depth = 0.564;
 
 struct Polygon;
-
-/// Pixels of a row, both ends included.
-struct PixelRun {
-  int y, x0, x1;
-};
 
 class Plateau {
  public:
@@ -63,10 +57,6 @@ class Plateau {
   double level() const { return level_; }        ///< mean signal over the pixels
   double variance() const { return variance_; }  ///< variance of a pixel about the surface
 
-  /// Standard deviation of light that the surface does not follow: of the part of the residuals
-  /// that neighbouring pixels have in common, beyond chance.
-  double structure(const Patch& patch) const;
-
   /// Covariance of the slope at the rim [DN per pixel], for unit variance of the pixels.
   const Eigen::Matrix2d& gradient_covariance() const { return gradient_covariance_; }
 
@@ -102,7 +92,6 @@ class Plateau {
   std::array<double, (max_degree + 1) * (max_degree + 1)> c_{};
   double level_ = 0;
   double variance_ = 0;
-  std::vector<PixelRun> rows_;  // pixels of the fit
   Eigen::Matrix2d gradient_covariance_ = Eigen::Matrix2d::Zero();
   double rim_level_variance_ = 0;
   Eigen::MatrixXd terms_covariance_;  // of the coefficients, polygons only

@@ -184,15 +184,13 @@ inline Noise noise_of(const Patch& patch, const Plateau& plateau) {
   return noise;
 }
 
-/// Adds the errors of rim and centre by uneven light, such as a bright middle. The level at the rim
-/// is wrong by as much as the structure that the plateau's surface does not follow. A slope at the
-/// rim changes the profile of an edge in second order, which the model of the profile ignores.
-inline void add_uneven_light(const RimModel& model, const RimProfiles& profiles, const Patch& patch,
+/// Adds the errors of rim and centre by a brightness that falls towards the rim, as of a lamp with
+/// a bright middle. A slope there changes the profile of an edge in second order, which the model
+/// of the profile ignores.
+inline void add_uneven_light(const RimModel& model, const RimProfiles& profiles,
                              RimErrorCovariance& rim_px2, Eigen::Matrix2d& centre_px2) {
-  const double structure = model.plateau.structure(patch) / model.plateau.level();
   const double slope2 = profiles.slopes2 / static_cast<double>(profiles.points.size());
-  const double variance =
-      square(model.blur_px) * (square(level_depth * structure) + square(slope2));
+  const double variance = square(model.blur_px * slope2);
   rim_px2.diagonal().array() += variance;
   centre_px2.diagonal().array() += variance;
 }
