@@ -106,6 +106,7 @@ void conclude(const Refinement& refinement, double max_risk, Result<Fix>& result
     result.message = refinement.choice.reason;
   } else {
     result.message = contradiction_message(*poses.front().refined);
+    if (result.message.empty()) result.message = poses.front().refined.message;
   }
 }
 

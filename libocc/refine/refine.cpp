@@ -460,7 +460,24 @@ Result<Refined> internal::refine::refine_as_stated(const Rigid3& start,
                                                    const std::vector<Blob>& blobs,
                                                    const Scene& scene, const RefineOptions& options,
                                                    const ImageView* image) {
-  return refine_with(start, matches, blobs, scene, options, image);
+  Result<Refined> result = refine_with(start, matches, blobs, scene, options, image);
+  // The growth of over-exposed rims and the stated errors of few lamps can explain each other, so
+  // that the estimates run away. The centres are always determined.
+  const bool over_exposed = std::any_of(matches.begin(), matches.end(), [&](const Match& match) {
+    const Blob& blob = blobs[static_cast<std::size_t>(match.blob)];
+    return blob.saturated && !blob.rim.empty();
+  });
+  if (result.status != Status::not_converged || !over_exposed || !uses_rims(options.rung) ||
+      is_exact(scene))
+    return result;
+  RefineOptions by_centres = options;
+  by_centres.rung = Rung::centres;
+  Result<Refined> centres = refine_with(start, matches, blobs, scene, by_centres, nullptr);
+  if (!centres.ok()) return result;
+  centres.message =
+      "the rims of over-exposed lamps do not converge with the stated errors: only their centres "
+      "are used";
+  return centres;
 }
 
 Result<Refined> refine(const Rigid3& start, const std::vector<Match>& matches,

@@ -206,5 +206,39 @@ TEST(RefineSaturated, LargeDiscsBehindADistortingLensAreWithinTheirSigma) {
   }
 }
 
+// The growth of the rims and errors of few lamps can explain each other: the estimates ran away by
+// metres, and the status was not_converged.
+TEST(RefineSaturated, FewLampsWithStatedErrorsFallBackToCentres) {
+  Scene scene;
+  scene.camera = Camera::pinhole(1600, 1200, 1056, 1056, 799.5, 599.5);
+  const Eigen::Vector3d places[] = {{0.9, 1, 3}, {3.1, 1.2, 3}, {1.2, 3.2, 3}, {2.8, 2.7, 3}};
+  for (const Eigen::Vector3d& place : places)
+    scene.lamps.push_back(test::disc_lamp(static_cast<int>(scene.lamps.size()), place));
+  for (Lamp& lamp : scene.lamps) lamp.power_w = 12;
+  const Rigid3 truth = look_at({1.9, 2.1, 0.3}, {1.95, 2.15, 3}, Eigen::Vector3d::UnitY());
+  DetectOptions options;
+  options.sensor = scene.sensor;
+  const std::vector<Blob> blobs = detect(simulate(scene, truth).image.view(), options);
+  ASSERT_EQ(blobs.size(), 4u);
+  Random random(3);
+  for (int trial = 0; trial < 20; ++trial) {
+    Scene map = scene;
+    map.map_sigma_m = PerAxis(Eigen::Vector3d::Constant(0.01));
+    std::vector<Match> matches;
+    for (int lamp = 0; lamp < 4; ++lamp) {
+      const Eigen::Vector2d at = *scene.camera.project(truth * scene.lamps[lamp].centre_m);
+      for (int blob = 0; blob < 4; ++blob)
+        if ((blobs[blob].centroid_px - at).norm() < 20) matches.push_back({lamp, blob});
+      map.lamps[lamp].centre_m += 0.01 * test::random_vector(random);
+    }
+    ASSERT_EQ(matches.size(), 4u);
+    for (const Blob& blob : blobs) ASSERT_TRUE(blob.saturated);
+    const Result<Refined> refined = refine(truth, matches, blobs, map);
+    ASSERT_TRUE(refined.ok()) << trial << ": " << refined.message;
+    const Vector6 error = difference(refined->cam_from_world, truth);
+    EXPECT_LT(error.dot(refined->covariance.inverse() * error), 40) << trial;
+  }
+}
+
 }  // namespace
 }  // namespace occ
