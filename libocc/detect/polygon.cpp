@@ -412,7 +412,7 @@ void remove_rounded_corners(Polygon& polygon, std::vector<std::size_t>& starts) 
 /// inner part of each side is used then. False if they are not straight.
 bool fit_sides(const std::vector<Crossing>& outline, const std::vector<std::size_t>& starts,
                double corner_margin_px, bool rough, Polygon& polygon) {
-  constexpr double rough_part = 0.25, max_rough_px = 6;
+  constexpr double rough_part = 0.25, max_rough_px = 6, short_side_px = 12;
   const std::size_t n = outline.size();
   for (std::size_t i = 0; i < starts.size(); ++i) {
     std::size_t end = starts[(i + 1) % starts.size()];
@@ -428,7 +428,8 @@ bool fit_sides(const std::vector<Crossing>& outline, const std::vector<std::size
         points.push_back({c.px, polygon.normal(i), 1});
     }
     polygon.fit_side(i, points);
-    if (rough) continue;
+    // The few points of a short side may belong to the corners; its profiles decide later.
+    if (rough || length < short_side_px) continue;
     const PolygonSide& s = polygon.sides[i];
     double squares = 0;
     for (const RimPoint& p : points)
