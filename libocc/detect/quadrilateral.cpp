@@ -7,6 +7,8 @@
 #include <numeric>
 #include <vector>
 
+#include "libocc/detect/internal/outline.hpp"
+
 namespace occ::internal::detect {
 namespace {
 
@@ -83,22 +85,14 @@ std::int64_t max_quadrilateral(const std::vector<Point>& hull) {
 std::optional<Eigen::Vector2d> quadrilateral_centre(const Patch& patch,
                                                     const Component& component) {
   constexpr std::size_t min_corners = 4;
-  double sum = 0, squares = 0;
-  const auto for_each_row = [&](auto&& f) {
-    for (int y = component.y0; y <= component.y1; ++y) f(y, patch.at(component.x0, y));
-  };
+  const double mean = weighted_mean_signal(patch, component);
+  if (!(mean > 0)) return std::nullopt;
+  const double level = outline_level * mean;
   const int width = component.x1 - component.x0 + 1;
-  for_each_row([&](int, const float* row) {
-    for (int x = 0; x < width; ++x) {
-      sum += row[x];
-      squares += static_cast<double>(row[x]) * row[x];
-    }
-  });
-  if (!(sum > 0)) return std::nullopt;
-  const double level = outline_level * squares / sum;
   std::vector<Point> ends;  // of the bright pixels of each row
   double bright = 0;
-  for_each_row([&](int y, const float* row) {
+  for (int y = component.y0; y <= component.y1; ++y) {
+    const float* row = patch.at(component.x0, y);
     int first = width, last = -1;
     for (int x = 0; x < width; ++x) {
       if (!(row[x] > level)) continue;
@@ -106,10 +100,10 @@ std::optional<Eigen::Vector2d> quadrilateral_centre(const Patch& patch,
       first = std::min(first, x);
       last = x;
     }
-    if (last < 0) return;
+    if (last < 0) continue;
     ends.push_back({first, y});
     if (last > first) ends.push_back({last, y});
-  });
+  }
   if (ends.size() < min_corners) return std::nullopt;
   const std::vector<Point> hull = convex_hull(ends);
   if (hull.size() < min_corners || bright < min_filled * lattice_points(hull)) return std::nullopt;

@@ -89,7 +89,7 @@ void Search::run() {
       !found_.empty() && found_.front().pairs.size() < problem_.observations.size();
   // With fewer pairs, a rival needs as many as the best (fewer_pairs), and rounding may cost it
   // one.
-  // Of a large map that takes long: the time grows with the square of the number of lamps.
+  // A large map takes long: the time grows with the square of the number of lamps.
   constexpr std::size_t max_lamps = 256;
   const bool is_weak = !found_.empty() && found_.front().pairs.size() < strong_pairs &&
                        problem_.map_points.size() <= max_lamps;

@@ -224,8 +224,7 @@ void add_corners(const Lamp& lamp, const Blob& blob, const Rigid3& cam_from_worl
   const auto predicted = [&](const Rigid3& pose) {
     std::vector<Eigen::Vector2d> px;
     const auto centre = project_lamp_centre(lamp, pose, camera);
-    const auto rim = project_rim(lamp, pose, camera, 16);
-    if (!centre || !rim) return px;
+    if (!centre) return px;
     const Eigen::Vector3d a = 0.5 * lamp.size_m.x() * lamp.x_axis;
     const Eigen::Vector3d b = 0.5 * lamp.size_m.y() * lamp.normal.cross(lamp.x_axis);
     for (const Eigen::Vector3d& corner : {Eigen::Vector3d(a + b), Eigen::Vector3d(a - b),
