@@ -43,10 +43,12 @@ template Square<3> Cholesky<Square<3>>::lower() const;
 template double Cholesky<Square<3>>::rcond() const;
 template Vector<3> Cholesky<Square<3>>::solve(const Vector<3>&) const;
 template Square<3> Cholesky<Square<3>>::solve(const Square<3>&) const;
+template Vector<3> Cholesky<Square<3>>::solve_lower(const Vector<3>&) const;
 template Square<3> Cholesky<Square<3>>::solve_lower(const Square<3>&) const;
 
 template Cholesky<Square<6>>::Cholesky(const Square<6>&);
 template Square<6> Cholesky<Square<6>>::lower() const;
+template double Cholesky<Square<6>>::rcond() const;
 template Vector<6> Cholesky<Square<6>>::solve(const Vector<6>&) const;
 template Square<6> Cholesky<Square<6>>::solve(const Square<6>&) const;
 template Vector<6> Cholesky<Square<6>>::solve_lower(const Vector<6>&) const;

@@ -10,10 +10,11 @@
 
 #include "libocc/core/require.hpp"
 #include "libocc/core/statistics.hpp"
+#include "libocc/network/internal/adjustment_report.hpp"
 #include "libocc/network/internal/consensus.hpp"
 #include "libocc/network/internal/minimise_network.hpp"
 #include "libocc/network/internal/network_checks.hpp"
-#include "libocc/network/internal/residual_cofactors.hpp"
+#include "libocc/network/internal/outlier_tests.hpp"
 
 namespace occ {
 
@@ -33,6 +34,7 @@ class Adjuster {
   }
 
   Result<Adjustment> run() {
+    given_ = network();
     update_layout();
     if (!check_data()) return finish();
     reference_ = without_observations(network());
@@ -53,7 +55,26 @@ class Adjuster {
     return false;
   }
 
+  /// Leaves out stations that observe too few targets, which may leave targets with one image and
+  /// thus further stations with too few of them.
+  void leave_out_weak_stations() {
+    for (std::vector<WeakStation> weak = weak_stations(network(), layout_); !weak.empty();
+         weak = weak_stations(network(), layout_)) {
+      if (weak.size() == count_observing_stations(network(), layout_)) return;  // nothing remains
+      for (const WeakStation& one : weak) {
+        reasons_[{LeftOut::Kind::station, one.station}] =
+            "keeps only " + std::to_string(one.targets) +
+            " targets that others observe too; three are needed";
+        for (ImageObservation& observation : network().observations)
+          if (network().images[observation.image].station == one.station) observation.used = false;
+      }
+      cost_.reset();
+      update_layout();
+    }
+  }
+
   bool check_data() {
+    leave_out_weak_stations();
     const CheckOutcome check = check_solvable(network(), layout_);
     if (check.status != Status::ok) return fail(check.status, check.message);
     const int redundancy = count_observations(network(), layout_) -
@@ -149,6 +170,7 @@ class Adjuster {
       if (settled && round > 0) break;
     }
     for (int round = 0; round < 2; ++round) {
+      apply_station_consensus(Loss::tukey * scale);
       apply_point_consensus(Loss::tukey * scale, false);
       if (stopped(stage("robust", {Loss::Kind::tukey, scale}, steps, 1e-4))) return false;
       scale = scale_of(residual_lengths());
@@ -159,6 +181,15 @@ class Adjuster {
       if (lengths[i] > Loss::tukey * scale) reject_for(static_cast<int>(i), lengths[i], "robust");
     update_layout();
     return check_data();
+  }
+
+  void apply_station_consensus(double limit) {
+    NetworkState state(network());
+    const std::vector<std::vector<int>> observations = observations_of_stations(network(), layout_);
+    for (std::size_t s = 0; s < observations.size(); ++s)
+      if (!observations[s].empty())
+        network().stations[s].station_from_world = state.stations[s] = station_consensus(
+            network(), layout_, state, static_cast<int>(s), observations[s], limit);
   }
 
   void reject_for(int observation, double length, const char* reason) {
@@ -181,10 +212,7 @@ class Adjuster {
       for (const int i : consensus.reliable ? consensus.outliers : observations[b])
         reject_for(i, lengths[i], consensus.reliable ? "robust" : "no agreement");
       if (!consensus.reliable)
-        warnings_.push_back(
-            "body " +
-            (network().bodies[b].name.empty() ? std::to_string(b) : network().bodies[b].name) +
-            ": its images contradict each other; it is left out");
+        reasons_[{LeftOut::Kind::body, body}] = "is seen differently in each of its images";
     }
   }
 
@@ -202,8 +230,7 @@ class Adjuster {
       for (const int i : consensus.reliable ? consensus.outliers : observations[p])
         reject_for(i, lengths[i], consensus.reliable ? "robust" : "no agreement");
       if (!consensus.reliable)
-        warnings_.push_back(network().name_of(Target::of_point(point)) +
-                            ": no three of its images are consistent; it is left out");
+        reasons_[{LeftOut::Kind::point, point}] = "is seen differently in each of its images";
     }
     apply_body_consensus(limit, last, lengths);
   }
@@ -238,8 +265,9 @@ class Adjuster {
     for (const std::size_t g : groups) {
       const Group& group = layout_.groups[g];
       for (const int i : group.observations) network().observations[i].used = false;
-      warnings_.push_back(network().name_of(group.block) +
-                          " is not determined by its rays and is left out");
+      const bool is_point = group.block.body < 0;
+      reasons_[{is_point ? LeftOut::Kind::point : LeftOut::Kind::body,
+                is_point ? group.block.point : group.block.body}] = "is not determined by its rays";
     }
   }
 
@@ -257,96 +285,91 @@ class Adjuster {
     return fail(Status::not_converged, text.str());
   }
 
-  struct Candidate {
-    int observation;
-    double normalised;
-  };
-
-  struct OutlierCandidates {
-    std::vector<Candidate> images;  ///< image observations, the worst first
-    std::vector<Candidate> distances;
-  };
-
-  /// Observations whose normalised residual exceeds the critical value.
-  OutlierCandidates find_outliers() {
-    const NetworkState state(network());
-    NormalEquations normal;
-    build(network(), layout_, state, {}, 0, options_.threads, normal);
-    const ReducedSystem system(normal, reduced_gauge(network(), layout_, state));
-    if (!system.determined()) return {};
-    const Eigen::MatrixXd covariance = system.covariance();
-    const auto cofactors =
-        residual_cofactors(network(), layout_, state, normal, covariance, options_.threads);
-    const int rows = count_observations(network(), layout_);
-    const int redundancy = rows - static_cast<int>(layout_.total) + datum_defect(network()).total();
-    // The a posteriori sigma0 covers sigmas that were stated too small. The robust scale bounds it,
-    // because gross errors inflate sigma0 and would mask themselves.
-    const double factor = std::sqrt(variance_factor(2 * normal.cost, redundancy));
-    const double scale = std::min(factor, scale_of(residual_lengths()));
-    const double quantile = normal_quantile(1 - options_.false_alarm / (2.0 * rows));
-    const double critical = scale * quantile;
-    constexpr double min_redundancy = 1e-4;  // below it, the residual is numerical noise
-    OutlierCandidates found;
-    for (std::size_t i = 0; i < cofactors.size(); ++i) {
-      if (!cofactors[i].used) continue;
-      double worst = 0;
-      const Eigen::Matrix2d r = cofactors[i].redundancy();
-      for (int k = 0; k < 2; ++k)
-        if (r(k, k) > min_redundancy)
-          worst = std::max(worst, std::abs(cofactors[i].residual[k]) / std::sqrt(r(k, k)));
-      if (worst > critical) found.images.push_back({static_cast<int>(i), worst});
-    }
-    for (std::size_t i = 0; i < network().distances.size(); ++i) {
-      const DistanceCofactor one =
-          distance_cofactor(network(), layout_, state, network().distances[i], covariance);
-      if (!one.used || one.redundancy < min_redundancy) continue;
-      const double w = std::abs(one.residual) / std::sqrt(one.redundancy);
-      if (w > quantile) found.distances.push_back({static_cast<int>(i), w});
-    }
-    for (auto* list : {&found.images, &found.distances})
-      std::stable_sort(list->begin(), list->end(), [](const Candidate& a, const Candidate& b) {
-        return a.normalised > b.normalised;
-      });
-    return found;
+  OutlierCandidates outliers() {
+    return find_outliers(network(), layout_, scale_of(residual_lengths()), options_.false_alarm,
+                         options_.threads);
   }
 
-  /// Rejects the distance with the largest residual. Of two distances with (almost) the same
-  /// normalised residual, either may be wrong; then none is rejected and a warning is given.
-  bool reject_distance(const std::vector<Candidate>& found) {
-    constexpr double min_ratio = 0.98;
-    contradiction_.clear();
-    if (found.size() > 1 && found[1].normalised > min_ratio * found[0].normalised) {
-      contradiction_ = "distances " + std::to_string(found[0].observation) + " and " +
-                       std::to_string(found[1].observation) + " contradict each other";
+  /// Rejects the distance or control point with the largest residual. If another one may be the
+  /// wrong one as well, none is rejected.
+  bool reject_known(const std::vector<OutlierCandidate>& found, bool is_distance) {
+    const auto name = [&](int index) {
+      return is_distance ? name_of_distance(network(), index) : name_of_control(network(), index);
+    };
+    const OutlierCandidate& worst = found[0];
+    if (is_contradiction(found)) {
+      contradiction_ = name(worst.index) + " and " + name(found[1].index) +
+                       " contradict each other, and either may be wrong; check both";
       return false;
     }
-    network().distances[found[0].observation].used = false;
+    if (is_distance) {
+      network().distances[worst.index].used = false;
+      result_.value.rejected_distances.push_back(
+          {worst.index, worst.normalised, 0, name(worst.index)});
+    } else {
+      network().control[worst.index].used = false;
+      result_.value.rejected_control.push_back(
+          {worst.index, worst.normalised, worst.coordinate, 0, name(worst.index)});
+    }
     cost_.reset();
-    result_.value.rejected_distances.push_back({found[0].observation, found[0].normalised});
     return true;
+  }
+
+  void reject_images(const std::vector<OutlierCandidate>& found) {
+    std::set<int> images, points, bodies;
+    for (const OutlierCandidate& one : found) {
+      const ImageObservation& observation = network().observations[one.index];
+      std::set<int>& targets = observation.target.body < 0 ? points : bodies;
+      const int target =
+          observation.target.body < 0 ? observation.target.point : observation.target.body;
+      if (images.count(observation.image) || targets.count(target)) continue;
+      images.insert(observation.image);
+      targets.insert(target);
+      reject(one.index, one.normalised, "snooping");
+    }
+  }
+
+  /// Uses rejected distances and control points again that agree with the result.
+  bool readmit() {
+    const AgreeingObservations agreeing = find_agreeing(network(), scale_of(residual_lengths()),
+                                                        options_.false_alarm, options_.threads);
+    for (const int i : agreeing.distances) {
+      network().distances[i].used = true;
+      auto& list = result_.value.rejected_distances;
+      list.erase(std::remove_if(list.begin(), list.end(),
+                                [&](const auto& one) { return one.distance == i; }),
+                 list.end());
+    }
+    for (const int i : agreeing.control) {
+      network().control[i].used = true;
+      auto& list = result_.value.rejected_control;
+      list.erase(std::remove_if(list.begin(), list.end(),
+                                [&](const auto& one) { return one.control == i; }),
+                 list.end());
+    }
+    return !agreeing.distances.empty() || !agreeing.control.empty();
   }
 
   bool snoop() {
     constexpr int rounds = 100;
+    bool readmitted = false;
     for (int round = 0; round < rounds; ++round) {
-      const OutlierCandidates found = find_outliers();
-      // A wrong distance displaces its points, so that their image residuals grow: it is rejected
-      // first.
-      const bool first =
-          !found.distances.empty() &&
-          (found.images.empty() || found.distances[0].normalised > found.images[0].normalised);
-      if (first && !reject_distance(found.distances)) return true;
-      if (!first && found.images.empty()) return true;
-      std::set<int> images, points, bodies;
-      for (const Candidate& one : first ? std::vector<Candidate>() : found.images) {
-        const ImageObservation& observation = network().observations[one.observation];
-        std::set<int>& targets = observation.target.body < 0 ? points : bodies;
-        const int target =
-            observation.target.body < 0 ? observation.target.point : observation.target.body;
-        if (images.count(observation.image) || targets.count(target)) continue;
-        images.insert(observation.image);
-        targets.insert(target);
-        reject(one.observation, one.normalised, "snooping");
+      const OutlierCandidates found = outliers();
+      const auto largest = [](const std::vector<OutlierCandidate>& list) {
+        return list.empty() ? 0 : list[0].normalised;
+      };
+      // A wrong distance or control point displaces its points, so that their image residuals grow:
+      // the largest residual of all kinds is rejected first.
+      const double image = largest(found.images), distance = largest(found.distances),
+                   control = largest(found.control);
+      if (std::max({image, distance, control}) == 0) {
+        if (readmitted || !readmit()) return true;
+        readmitted = true;  // once, so that the rounds end
+      } else if (image >= std::max(distance, control)) {
+        reject_images(found.images);
+      } else if (!reject_known(distance >= control ? found.distances : found.control,
+                               distance >= control)) {
+        return true;
       }
       update_layout();
       if (!check_data() || !least_squares("snooping")) return false;
@@ -363,9 +386,6 @@ class Adjuster {
 
   Result<Adjustment> finish() {
     Adjustment& out = result_.value;
-    out.warnings = layout_.warnings;
-    out.warnings.insert(out.warnings.end(), warnings_.begin(), warnings_.end());
-    if (!contradiction_.empty()) out.warnings.push_back(contradiction_);
     out.cost = cost_ ? *cost_ : final_cost();
     out.observations = count_observations(network(), layout_);
     out.unknowns = static_cast<int>(layout_.total);
@@ -380,16 +400,18 @@ class Adjuster {
       else if (result_.ok())
         fail(aligned.status, aligned.message);
     }
+    report(given_, layout_, reasons_, contradiction_, result_);
     return std::move(result_);
   }
 
   const AdjustOptions& options_;
   const AdjustCallback& progress_;
   Result<Adjustment> result_;
-  Network reference_;
+  Network given_;      ///< before the adjustment
+  Network reference_;  ///< start values that define the datum
   NetworkLayout layout_;
-  std::vector<std::string> warnings_;
-  std::string contradiction_;
+  LeftOutReasons reasons_;
+  std::string contradiction_;   ///< observations of which one must be wrong
   std::optional<double> cost_;  ///< cost of the last least squares while it is valid
 };
 

@@ -9,10 +9,16 @@
 // steps; the datum is set afterwards (datum.hpp).
 //
 // Gross errors are removed in two stages. Robust estimation uses Huber's, then Tukey's loss, with
-// the scale from the median residual. Data snooping then rejects the observation with the largest
-// normalised residual above the critical value, one for each point and image at a time, and adjusts
-// again (Baarda, "A testing procedure for use in geodetic networks", 1968).
-// Covariances: precision.hpp.
+// the scale from the median residual; stations, points and bodies whose observations disagree get
+// the placement with most inliers (internal/consensus.hpp). Data snooping then rejects the
+// observation with the largest normalised residual above the critical value, one for each point and
+// image at a time, and adjusts again (Baarda, "A testing procedure for use in geodetic networks",
+// 1968). Distances and control points are tested like image points; those that agree with the
+// result after all are used again. An image that keeps fewer than three targets is left out.
+//
+// Whatever is rejected or left out is listed, and what this changes is a warning: a datum that
+// rests on fewer observations, a point that keeps two rays, whose errors along them are not
+// detected. Covariances: precision.hpp.
 #pragma once
 
 #include <functional>
@@ -62,6 +68,34 @@ struct RejectedObservation {
 struct RejectedDistance {
   int distance = 0;       ///< index into Network::distances
   double normalised = 0;  ///< residual / its sigma at rejection
+  double residual_m = 0;  ///< measured minus adjusted length, at the end
+  std::string name;       ///< "distance 2 (p21 to p33, 2 m)"
+};
+
+/// A control point that was removed as a gross error. It remains a point of the network.
+struct RejectedControl {
+  int control = 0;        ///< index into Network::control
+  double normalised = 0;  ///< length of the residual in its sigmas at rejection
+  int coordinate = 0;     ///< 0, 1, 2: x, y or z differs most
+  double residual_m = 0;  ///< known minus adjusted value of that coordinate, at the end
+  std::string name;       ///< "control point 2 (p11)"
+};
+
+/// Something observed that is not in the adjustment: a station, point or body, which keeps its
+/// start value, or a distance or control point of such a point.
+struct LeftOut {
+  /// Kind of the element.
+  enum class Kind {
+    station,   ///< a station, of one image unless there is a rig
+    point,     ///< a point
+    body,      ///< a body
+    distance,  ///< a measured distance
+    control    ///< a control point
+  };
+  Kind kind = Kind::point;  ///< selects the list of `index`
+  int index = 0;            ///< into Network::stations, points, bodies, distances or control
+  std::string name;    ///< "station s2", "point 7", "body tag 3", "distance 2 (p21 to p33, 2 m)"
+  std::string reason;  ///< a clause: "is observed in one image only"
 };
 
 /// Result of adjust(), with the numbers that describe the fit.
@@ -76,13 +110,21 @@ struct Adjustment {
   double sigma0 = 1;     ///< sqrt(2 cost / redundancy); 1 without redundancy
   std::vector<RejectedObservation> rejected;         ///< in the order of rejection
   std::vector<RejectedDistance> rejected_distances;  ///< in the order of rejection
-  std::vector<std::string> warnings;                 ///< for example, points that were left out
+  std::vector<RejectedControl> rejected_control;     ///< in the order of rejection
+  std::vector<LeftOut> left_out;                     ///< in the order of LeftOut::Kind
+  /// Points (indices) with rejected rays that keep two rays, whose errors along the rays' plane are
+  /// not detected, or at most half of their rays, which may agree by chance.
+  std::vector<int> weak_points;
+  double rejected_share = 0;          ///< rejected image points over those given, 0 to 1
+  std::vector<std::string> warnings;  ///< a sentence for each thing that the user should check
 };
 
-/// Adjusts a network. Status: ok; too_few_lamps: fewer targets than a station or the network needs;
-/// degenerate: blocks without a common target, or unknowns that no observation determines (the
-/// message names them); not_converged. The value always holds the last state. Throws
-/// std::invalid_argument as check_network() and check_datum() do, and for invalid options.
+/// Adjusts a network. Status: ok, with a message that counts what was rejected; ambiguous: two
+/// distances or control points contradict each other and either may be wrong, or so many image
+/// points were rejected that the rest may agree by chance; too_few_lamps: fewer targets than the
+/// network needs; degenerate: blocks without a common target, or unknowns that no observation
+/// determines (the message names them); not_converged. The value always holds the last state.
+/// Throws std::invalid_argument as check_network() and check_datum() do, and for invalid options.
 LIBOCC_API Result<Adjustment> adjust(const Network& network, const AdjustOptions& options = {},
                                      const AdjustCallback& progress = {});
 

@@ -234,7 +234,7 @@ DatumDefect internal::network::defect_at(const Network& network, const NetworkSt
   for (const DistanceObservation& distance : network.distances)
     if (distance.used) constraints.add_length(distance.length_m);
   for (const ControlPoint& control : network.control)
-    constraints.add_position(target_position(network, state, control.target));
+    if (control.used) constraints.add_position(target_position(network, state, control.target));
   for (const PosePrior& prior : network.pose_priors)
     constraints.add_pose(state.stations[prior.station], centres.station[prior.station]);
   add_camera_lengths(network, state, centres.height_compensated, constraints);

@@ -60,9 +60,11 @@ NetworkLayout layout_for(const Network& probe, const Precision* precision) {
 
 class PointIntersection {
  public:
+  /// `covariance`: covariance of the reduced unknowns; empty if they are error-free.
   PointIntersection(const Network& probe, const NetworkLayout& layout,
-                    const std::vector<PointObservation>& observations, int point)
-      : probe_(probe), layout_(layout), point_(point), state_(probe) {
+                    const std::vector<PointObservation>& observations, int point,
+                    const MatrixXd& covariance)
+      : probe_(probe), layout_(layout), point_(point), state_(probe), covariance_(covariance) {
     for (const PointObservation& observation : observations)
       observations_.push_back({observation.image, Target::of_point(point), observation.pixel,
                                observation.sigma_px, true});
@@ -74,17 +76,23 @@ class PointIntersection {
     const auto start = first_guess(out);
     if (!start) return std::nullopt;
     VectorXd x = *start;
-    core::LeastSquaresOptions options;
-    options.max_iterations = 100;
-    options.step_tolerance = 1e-5;
-    options.take_last_step = true;
-    const core::LeastSquaresResult result = core::minimise_sums(*this, x, options);
-    Sums final_sums;
-    if (!sums(x, final_sums)) return fail(out, Status::degenerate);
-    const core::Cholesky<Matrix3d> cholesky(final_sums.information);
-    if (!cholesky.exists() || !(cholesky.rcond() > 1e-15)) return fail(out, Status::degenerate);
-    if (!result.converged) return fail(out, Status::not_converged);
-    return finish(out, final_sums);
+    // The weights are those of the cameras' and stations' errors at the point. They change little
+    // with it, so that a second round suffices.
+    const int rounds = covariance_.size() > 0 ? 2 : 0;
+    for (int round = 0;; ++round) {
+      core::LeastSquaresOptions options;
+      options.max_iterations = 100;
+      options.step_tolerance = 1e-5;
+      options.take_last_step = true;
+      const core::LeastSquaresResult result = core::minimise_sums(*this, x, options);
+      Sums final_sums;
+      if (!sums(x, final_sums)) return fail(out, Status::degenerate);
+      const core::Cholesky<Matrix3d> cholesky(final_sums.information);
+      if (!cholesky.exists() || !(cholesky.rcond() > 1e-15)) return fail(out, Status::degenerate);
+      if (!result.converged) return fail(out, Status::not_converged);
+      if (round == rounds) return finish(out, final_sums);
+      set_weights();
+    }
   }
 
   // Least squares problem in the point's coordinates, for core::minimise_sums().
@@ -97,21 +105,74 @@ class PointIntersection {
   /// False when the point is not in view of an image.
   bool sums(const VectorXd& x, Sums& sums) {
     state_.points[point_] = x;
-    sums.set_zero(3);
-    for (const ImageObservation& observation : observations_) {
-      ObservationRows rows;
-      if (!rows_of(probe_, layout_, state_, observation, rows)) return false;
+    Linearised rows;
+    if (!linearise(rows)) return false;
+    const MatrixXd b = whitened(rows.b);
+    const VectorXd r = whitened(rows.r);
+    sums.information = core::transposed_product(b, b);
+    sums.gradient = core::transposed_product(b, r);
+    sums.chi2 = r.squaredNorm();
+    return true;
+  }
+
+ private:
+  /// Residuals and derivatives, divided by the sigmas of the image points; two rows for each.
+  struct Linearised {
+    VectorXd r;
+    MatrixXd b;                           ///< derivatives, by the point
+    std::vector<ObservationRows> images;  ///< derivatives, by camera and station
+  };
+
+  bool linearise(Linearised& all) const {
+    const Eigen::Index count = static_cast<Eigen::Index>(observations_.size());
+    all.r.resize(2 * count);
+    all.b.resize(2 * count, 3);
+    all.images.resize(observations_.size());
+    for (Eigen::Index i = 0; i < count; ++i) {
+      ObservationRows& rows = all.images[i];
+      if (!rows_of(probe_, layout_, state_, observations_[i], rows)) return false;
       for (int k = 0; k < 2; ++k) {
-        const Vector3d b(rows.b[k][0], rows.b[k][1], rows.b[k][2]);
-        sums.information += b * b.transpose();
-        sums.gradient += b * rows.r[k];
-        sums.chi2 += rows.r[k] * rows.r[k];
+        all.r[2 * i + k] = rows.r[k];
+        all.b.row(2 * i + k) << rows.b[k][0], rows.b[k][1], rows.b[k][2];
       }
     }
     return true;
   }
 
- private:
+  /// Derivatives of the residuals by the reduced unknowns, 2n x reduced.
+  MatrixXd derivatives(const Linearised& all) const {
+    MatrixXd by_reduced = MatrixXd::Zero(all.r.size(), layout_.reduced);
+    for (std::size_t i = 0; i < observations_.size(); ++i) {
+      const ImageBlock& block = layout_.images[observations_[i].image];
+      for (int k = 0; k < 2; ++k) {
+        int column = 0;
+        for (int s = 0; s < block.segments; ++s)
+          for (int c = 0; c < block.size[s]; ++c)
+            by_reduced(2 * static_cast<Eigen::Index>(i) + k, block.offset[s] + c) +=
+                all.images[i].a[k][column++];
+      }
+    }
+    return by_reduced;
+  }
+
+  /// Inverse Cholesky factor of the residuals' covariance I + A Q A^T.
+  void set_weights() {
+    Linearised all;
+    if (!linearise(all)) return;
+    const MatrixXd a = derivatives(all);
+    MatrixXd total = core::product_transposed(core::product(a, covariance_), a);
+    total = (0.5 * (total + total.transpose())).eval();
+    total.diagonal().array() += 1;
+    const core::Cholesky<MatrixXd> cholesky(total);
+    if (!cholesky.exists()) return;
+    whitening_ = MatrixXd::Identity(total.rows(), total.rows());
+    core::solve_lower_in_place(cholesky.lower(), whitening_);
+  }
+
+  MatrixXd whitened(const MatrixXd& rows) const {
+    return whitening_.size() > 0 ? core::product(whitening_, rows) : rows;
+  }
+
   static std::nullopt_t fail(MeasuredPoint& out, Status status) {
     out.status = status;
     return std::nullopt;
@@ -144,35 +205,36 @@ class PointIntersection {
     return point;
   }
 
+  /// Sets the point with the covariance that its image points' own noise causes.
   MatrixXd finish(MeasuredPoint& out, const Sums& sums) const {
+    Linearised all;
+    linearise(all);
     out.position_m = state_.points[point_];
-    out.covariance_m2 =
+    // X = -G r with G = (B^T W B)^-1 B^T W
+    const MatrixXd weighted = whitened(all.b);
+    const Matrix3d inverse =
         core::solve_llt<Matrix3d, Matrix3d>(Matrix3d(sums.information), Matrix3d::Identity());
+    const MatrixXd gain = core::product(
+        inverse, whitening_.size() > 0 ? core::transposed_product(weighted, whitening_)
+                                       : MatrixXd(weighted.transpose()));
+    out.covariance_m2 = core::product_transposed(gain, gain);
     const double redundancy = 2 * static_cast<double>(observations_.size()) - 3;
     out.sigma0 = std::sqrt(sums.chi2 / redundancy);
     out.worst_residual_px = 0;
-    MatrixXd mixed = MatrixXd::Zero(3, layout_.reduced);
-    for (const ImageObservation& observation : observations_) {
-      ObservationRows rows;
-      rows_of(probe_, layout_, state_, observation, rows);
-      const ImageBlock& block = layout_.images[observation.image];
-      for (int k = 0; k < 2; ++k) {
+    for (std::size_t i = 0; i < observations_.size(); ++i)
+      for (int k = 0; k < 2; ++k)
         out.worst_residual_px =
-            std::max(out.worst_residual_px, std::abs(rows.r[k]) * observation.sigma_px[k]);
-        const Vector3d b(rows.b[k][0], rows.b[k][1], rows.b[k][2]);
-        int column = 0;
-        for (int s = 0; s < block.segments; ++s)
-          for (int c = 0; c < block.size[s]; ++c)
-            mixed.col(block.offset[s] + c) += b * rows.a[k][column++];
-      }
-    }
-    return -core::product(out.covariance_m2, mixed);
+            std::max(out.worst_residual_px, std::abs(all.r[2 * static_cast<Eigen::Index>(i) + k]) *
+                                                observations_[i].sigma_px[k]);
+    return -core::product(gain, derivatives(all));
   }
 
   const Network& probe_;
   const NetworkLayout& layout_;
   int point_;
   NetworkState state_;
+  const MatrixXd& covariance_;
+  MatrixXd whitening_;  ///< W^1/2; empty: identity
   std::vector<ImageObservation> observations_;
 };
 
@@ -191,18 +253,20 @@ Measurement measure_points(const Network& network,
   const Eigen::Index size = 3 * static_cast<Eigen::Index>(points.size());
   out.covariance_m2 = MatrixXd::Zero(size, size);
   MatrixXd dependence = MatrixXd::Zero(size, layout.reduced);
+  const MatrixXd covariance = precision && layout.reduced > 0
+                                  ? precision->state().between(0, layout.reduced, 0, layout.reduced)
+                                  : MatrixXd();
   for (std::size_t i = 0; i < points.size(); ++i) {
     MeasuredPoint point;
     point.observations = points[i];
-    PointIntersection intersection(probe, layout, points[i], 0);
+    PointIntersection intersection(probe, layout, points[i], 0, covariance);
     const auto jacobian = intersection.solve(point);
     const Eigen::Index row = 3 * static_cast<Eigen::Index>(i);
     if (jacobian) dependence.middleRows<3>(row) = *jacobian;
     out.points.push_back(point);
   }
-  if (precision && layout.reduced > 0) {
-    const MatrixXd q = precision->state().between(0, layout.reduced, 0, layout.reduced);
-    const MatrixXd half = internal::core::product(dependence, q);
+  if (covariance.size() > 0) {
+    const MatrixXd half = internal::core::product(dependence, covariance);
     out.covariance_m2 = internal::core::product_transposed(half, dependence);
   }
   for (std::size_t i = 0; i < points.size(); ++i) {

@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // Intersection: points observed in two or more calibrated images, with covariance, and distances
-// between them. Cameras and poses come from an adjusted network. If its precision is given, their
-// uncertainty is propagated, including the correlation between points.
+// between them. Cameras and poses come from an adjusted network. If its precision is given, each
+// ray is weighted by the uncertainty of its camera and station as well, and this is propagated,
+// including the correlation between points: with residuals r = (projected - observed) / sigma and
+// their derivatives B by the point and A by cameras and stations, whose covariance is Q,
 //
-//     min over X of sum |(project(X) - observed) / sigma|^2,    Q = (sum B^T B)^-1 + F Q_c F^T,
-//     F = dX / d(cameras, stations)
+//     min over X of r^T W r,   W = (I + A Q A^T)^-1,   covariance (B^T W B)^-1
+//
+// (Koch, "Parameter estimation and hypothesis testing in linear models", 1999, section 3.2.3).
 #pragma once
 
 #include <Eigen/Core>

@@ -107,6 +107,7 @@ struct ControlPoint {
   Target target;                                                ///< a point or a corner
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();         ///< known position in the world
   Eigen::Matrix3d covariance_m2 = Eigen::Matrix3d::Identity();  ///< positive definite
+  bool used = true;                                             ///< false: rejected
 };
 
 /// Known value of a free camera parameter.

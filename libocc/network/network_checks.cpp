@@ -9,11 +9,6 @@ namespace occ::internal::network {
 
 namespace {
 
-template <typename Item>
-std::string name_or(const Item& item, const char* kind, std::size_t index) {
-  return std::string(kind) + " " + (item.name.empty() ? std::to_string(index) : item.name);
-}
-
 /// Union-find (Galler, Fischer, "An improved equivalence algorithm", CACM 7, 1964).
 class DisjointSets {
  public:
@@ -58,7 +53,8 @@ CheckOutcome check_connected(const Network& network, const NetworkLayout& layout
   }
   for (const DistanceObservation& distance : network.distances)
     if (distance.used) sets.unite(node(distance.from), node(distance.to));
-  for (const ControlPoint& control : network.control) sets.unite(node(control.target), world);
+  for (const ControlPoint& control : network.control)
+    if (control.used) sets.unite(node(control.target), world);
   for (const PosePrior& prior : network.pose_priors) sets.unite(prior.station, world);
   for (std::size_t i = 0; i < stations; ++i)
     if (network.stations[i].fixed) sets.unite(i, world);
@@ -81,24 +77,47 @@ CheckOutcome check_connected(const Network& network, const NetworkLayout& layout
 
 }  // namespace
 
-CheckOutcome check_solvable(const Network& network, const NetworkLayout& layout) {
-  std::vector<int> station_observations(network.stations.size());
-  int total = 0;
+namespace {
+
+std::vector<int> count_targets_of_stations(const Network& network, const NetworkLayout& layout) {
+  std::vector<int> counts(network.stations.size());
   for (const ImageObservation& observation : network.observations)
-    if (observation.used && layout.is_determined(observation.target)) {
-      ++station_observations[network.images[observation.image].station];
-      ++total;
-    }
-  if (total == 0)
+    if (observation.used && layout.is_determined(observation.target))
+      ++counts[network.images[observation.image].station];
+  return counts;
+}
+
+}  // namespace
+
+std::vector<WeakStation> weak_stations(const Network& network, const NetworkLayout& layout) {
+  constexpr int min_targets = 3;
+  std::vector<char> has_prior(network.stations.size());
+  for (const PosePrior& prior : network.pose_priors) has_prior[prior.station] = 1;
+  const std::vector<int> counts = count_targets_of_stations(network, layout);
+  std::vector<WeakStation> weak;
+  for (std::size_t i = 0; i < counts.size(); ++i)
+    if (layout.stations[i] != none && !has_prior[i] && counts[i] > 0 && counts[i] < min_targets)
+      weak.push_back({static_cast<int>(i), counts[i]});
+  return weak;
+}
+
+std::size_t count_observing_stations(const Network& network, const NetworkLayout& layout) {
+  const std::vector<int> counts = count_targets_of_stations(network, layout);
+  return static_cast<std::size_t>(
+      std::count_if(counts.begin(), counts.end(), [](int count) { return count > 0; }));
+}
+
+CheckOutcome check_solvable(const Network& network, const NetworkLayout& layout) {
+  if (count_observing_stations(network, layout) == 0)
     return {Status::too_few_lamps, network.observations.empty()
                                        ? "no target was observed"
                                        : "no target was observed in two images"};
-  for (std::size_t i = 0; i < station_observations.size(); ++i)
-    if (layout.stations[i] != none && station_observations[i] > 0 && station_observations[i] < 3)
-      return {Status::too_few_lamps, name_or(network.stations[i], "station", i) +
-                                         " observes only " +
-                                         std::to_string(station_observations[i]) +
-                                         " targets that others observe too; three are needed"};
+  const std::vector<WeakStation> weak = weak_stations(network, layout);
+  if (!weak.empty())
+    return {Status::too_few_lamps, name_or(network.stations[weak[0].station], "station",
+                                           static_cast<std::size_t>(weak[0].station)) +
+                                       " observes only " + std::to_string(weak[0].targets) +
+                                       " targets that others observe too; three are needed"};
   return check_connected(network, layout);
 }
 
@@ -138,7 +157,7 @@ int count_observations(const Network& network, const NetworkLayout& layout) {
     if (distance.used && layout.is_determined(distance.from) && layout.is_determined(distance.to))
       ++rows;
   for (const ControlPoint& control : network.control)
-    if (layout.is_determined(control.target)) rows += 3;
+    if (control.used && layout.is_determined(control.target)) rows += 3;
   return rows + static_cast<int>(network.parameter_priors.size() + 6 * network.pose_priors.size());
 }
 

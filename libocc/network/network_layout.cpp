@@ -52,24 +52,19 @@ void find_determined(const Network& network, const TargetObservations& observed,
                      NetworkLayout& layout) {
   std::vector<char> controlled_point(network.points.size()), controlled_body(network.bodies.size());
   for (const ControlPoint& control : network.control)
-    (control.target.body < 0 ? controlled_point[control.target.point]
-                             : controlled_body[control.target.body]) = 1;
+    if (control.used)
+      (control.target.body < 0 ? controlled_point[control.target.point]
+                               : controlled_body[control.target.body]) = 1;
   for (std::size_t i = 0; i < network.points.size(); ++i) {
     const std::size_t images = count_images(network, observed.of_point[i]);
-    const bool determined = network.points[i].fixed || controlled_point[i] || images >= 2;
-    layout.determined_point.push_back(determined);
-    if (!determined && images == 1)
-      layout.warnings.push_back(network.name_of(Target::of_point(static_cast<int>(i))) +
-                                " is observed in one image only and is left out");
+    layout.determined_point.push_back(network.points[i].fixed || controlled_point[i] ||
+                                      images >= 2);
   }
   for (std::size_t i = 0; i < network.bodies.size(); ++i) {
     const NetworkBody& body = network.bodies[i];
-    const bool determined = body.fixed || determines_body(network, body, observed.of_body[i]) ||
-                            (controlled_body[i] && !observed.of_body[i].empty());
-    layout.determined_body.push_back(determined);
-    if (!determined && !observed.of_body[i].empty())
-      layout.warnings.push_back("body " + (body.name.empty() ? std::to_string(i) : body.name) +
-                                " has too few observed corners and is left out");
+    layout.determined_body.push_back(body.fixed ||
+                                     determines_body(network, body, observed.of_body[i]) ||
+                                     (controlled_body[i] && !observed.of_body[i].empty()));
   }
 }
 

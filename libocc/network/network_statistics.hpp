@@ -93,6 +93,10 @@ struct SelectOptions {
   double false_alarm = 0.01;      ///< level of significance required of a parameter
   double max_correlation = 0.98;  ///< above it, the less significant of two is a candidate
   std::vector<std::string> keep;  ///< names of parameters that are never dropped
+  /// Cameras with the values that parameters have if they are not estimated, one for each camera of
+  /// the network; empty: those of the network. Needed where the network's values come from the same
+  /// observations: a parameter never differs significantly from its own estimate.
+  std::vector<Camera> nominal;
 };
 
 /// One adjustment of the selection.
@@ -111,7 +115,8 @@ struct Selection {
 
 /// Backward elimination of the free camera parameters: drops the least significant one, or one of
 /// two that are highly correlated, and adjusts again, until all are significant. A dropped
-/// parameter keeps its value in `network`. Status: that of the last adjustment.
+/// parameter gets its nominal value. Status: that of the last adjustment. Throws
+/// std::invalid_argument for nominal cameras of another number or model.
 LIBOCC_API Result<Selection> select_parameters(const Network& network,
                                                const SelectOptions& options = {});
 

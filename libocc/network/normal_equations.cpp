@@ -79,6 +79,12 @@ void place_image_parts(const NetworkLayout& layout, Lane& lane) {
   }
 }
 
+/// Loss of distances and control points: Huber's with the stated sigmas whenever the images have a
+/// loss. Tukey's could give all of them no weight, and the datum would be undetermined.
+Loss known_loss_of(const Loss& loss) {
+  return loss.kind == Loss::Kind::squared ? Loss{} : Loss{Loss::Kind::huber, 1};
+}
+
 /// Cholesky factor L of V = L L^T in place. A singular direction gets a huge pivot and thus no
 /// step; the result is then false. `before`: diagonal without damping.
 bool factorise(SmallMatrix& v, const Eigen::Ref<const VectorXd>& before) {
@@ -118,13 +124,14 @@ class Builder {
         layout_(layout),
         state_(state),
         loss_(loss),
+        known_loss_(known_loss_of(loss)),
         damping_(damping),
         lanes_(lanes),
         normal_(normal) {
     control_of_group_.resize(layout.groups.size());
     for (std::size_t i = 0; i < network.control.size(); ++i) {
       const Target& target = network.control[i].target;
-      if (!layout.is_determined(target)) continue;
+      if (!network.control[i].used || !layout.is_determined(target)) continue;
       const Index offset = layout.offset_of(target);
       if (offset >= layout.reduced)
         control_of_group_[group_at(offset)].push_back(i);
@@ -252,10 +259,12 @@ class Builder {
     const Eigen::Matrix3d weight = known.covariance_m2.inverse();
     const Eigen::Vector3d residual =
         target_position(network_, state_, known.target) - known.position_m;
-    lane.cost += 0.5 * residual.dot(weight * residual);
+    const double squared = residual.dot(weight * residual);
+    const double robust = known_loss_.weight(squared);
+    lane.cost += known_loss_.rho(squared);
     const auto jacobian = target_jacobian(network_, layout_, state_, known.target);
-    v += jacobian.transpose() * weight * jacobian;
-    rhs -= jacobian.transpose() * (weight * residual);
+    v += robust * jacobian.transpose() * weight * jacobian;
+    rhs -= robust * jacobian.transpose() * (weight * residual);
   }
 
   /// Adds an observation of a target that is fixed or belongs to the reduced unknowns.
@@ -324,8 +333,8 @@ class Builder {
     add(known.from, -1);
     add(known.to, 1);
     const double residual = (length - known.length_m) / known.sigma_m;
-    const double weight = loss_.weight(residual * residual), root = std::sqrt(weight);
-    lane.cost += loss_.rho(residual * residual) -
+    const double weight = known_loss_.weight(residual * residual), root = std::sqrt(weight);
+    lane.cost += known_loss_.rho(residual * residual) -
                  0.5 * weight * residual * residual;  // add_rows adds the rest
     add_rows(unknowns, root * jacobian.leftCols(columns), VectorXd::Constant(1, root * residual),
              lane);
@@ -381,6 +390,7 @@ class Builder {
   const NetworkLayout& layout_;
   const NetworkState& state_;
   const Loss& loss_;
+  Loss known_loss_;  ///< loss of distances and control points
   double damping_;
   std::size_t lanes_;
   NormalEquations& normal_;

@@ -21,6 +21,20 @@ MatrixXd block_in(const Batch& batch, const MatrixXd& covariance) {
   return block;
 }
 
+MatrixXd inverse_of(const SmallMatrix& lower) {
+  MatrixXd inverse = MatrixXd::Identity(lower.rows(), lower.rows());
+  core::solve_lower_in_place(lower, inverse);
+  return inverse;
+}
+
+/// Covariance L^-T (I + W^T Q W) L^-1 of a group's unknowns; `qw`: Q W, `inverse`: L^-1.
+MatrixXd covariance_of_group(const Eigen::Ref<const MatrixXd>& w,
+                             const Eigen::Ref<const MatrixXd>& qw, const MatrixXd& inverse) {
+  MatrixXd inner = core::transposed_product(w, qw);
+  inner.diagonal().array() += 1;
+  return core::product(core::transposed_product(inverse, inner), inverse);
+}
+
 /// Rows of an observation over the reduced unknowns that they involve.
 struct ReducedRows {
   std::vector<Index> unknowns;
@@ -74,11 +88,8 @@ std::vector<ResidualCofactor> residual_cofactors(const Network& network,
       const Group& group = layout.groups[g];
       const auto w = part.w.middleCols(column, group.size);
       const auto qw = product.middleCols(column, group.size);
-      MatrixXd inner = core::transposed_product(w, qw);
-      inner.diagonal().array() += 1;
-      MatrixXd inverse = MatrixXd::Identity(group.size, group.size);
-      core::solve_lower_in_place(part.factors[g - batch.first], inverse);
-      const MatrixXd of_group = core::product(core::transposed_product(inverse, inner), inverse);
+      const MatrixXd inverse = inverse_of(part.factors[g - batch.first]);
+      const MatrixXd of_group = covariance_of_group(w, qw, inverse);
       // Covariance of the reduced unknowns with the group's.
       const MatrixXd mixed = -core::product(qw, inverse);
       for (const int i : group.observations) {
@@ -111,6 +122,34 @@ std::vector<ResidualCofactor> residual_cofactors(const Network& network,
     store(i, rows, ReducedRows(layout, observation, rows, true).quadratic(covariance));
   }
   return cofactors;
+}
+
+Eigen::Matrix3d position_cofactor(const Network& network, const NetworkLayout& layout,
+                                  const NetworkState& state, const NormalEquations& normal,
+                                  const MatrixXd& covariance, const Target& target) {
+  const Index offset = layout.offset_of(target);
+  if (offset == none) return Eigen::Matrix3d::Zero();
+  const int size = layout.size_of(target);
+  MatrixXd own;
+  if (offset < layout.reduced) {
+    own = covariance.block(offset, offset, size, size);
+  } else {
+    for (std::size_t b = 0; b < layout.batches.size(); ++b) {
+      const Batch& batch = layout.batches[b];
+      Index column = 0;
+      for (std::size_t g = batch.first; g < batch.last; ++g) {
+        const Group& group = layout.groups[g];
+        if (group.offset == offset) {
+          const MatrixXd w = normal.batches[b].w.middleCols(column, group.size);
+          const MatrixXd qw = core::product(block_in(batch, covariance), w);
+          own = covariance_of_group(w, qw, inverse_of(normal.batches[b].factors[g - batch.first]));
+        }
+        column += group.size;
+      }
+    }
+  }
+  const MatrixXd jacobian = target_jacobian(network, layout, state, target);
+  return core::product_transposed(core::product(jacobian, own), jacobian);
 }
 
 DistanceCofactor distance_cofactor(const Network& network, const NetworkLayout& layout,

@@ -41,6 +41,18 @@ void fix_parameter(Network& network, int camera, const std::string& name, const 
                priors.end());
 }
 
+Network nominal_network(Network network, const std::vector<Camera>& cameras) {
+  if (cameras.empty()) return network;
+  require(cameras.size() == network.cameras.size(), "nominal", cameras.size(),
+          "one camera for each of the network");
+  for (std::size_t i = 0; i < cameras.size(); ++i) {
+    for (const std::string& name : network.cameras[i].free_parameters)
+      find_parameter(cameras[i], name);
+    network.cameras[i].camera = cameras[i];
+  }
+  return network;
+}
+
 struct DropCandidate {
   int camera;
   std::string name, reason;
@@ -91,6 +103,7 @@ Result<Selection> select_parameters(const Network& network, const SelectOptions&
   require(options.max_correlation > 0 && options.max_correlation <= 1, "max_correlation",
           options.max_correlation, "in (0, 1]");
   const double critical = normal_quantile(1 - options.false_alarm / 2);
+  const Network nominal = nominal_network(network, options.nominal);
   Result<Selection> result;
   Selection& out = result.value;
   Network start = network;
@@ -126,7 +139,7 @@ Result<Selection> select_parameters(const Network& network, const SelectOptions&
       const double factor = std::pow(std::max(1.0, out.adjustment.sigma0), 2);
       double smallest_t = critical;
       const auto parameters =
-          parameter_statistics(out.adjustment.network, network, precise->scaled(factor));
+          parameter_statistics(out.adjustment.network, nominal, precise->scaled(factor));
       for (const ParameterStatistics& parameter : parameters)
         if (!is_kept(parameter.name) && parameter.t < smallest_t) {
           smallest_t = parameter.t;
@@ -144,7 +157,7 @@ Result<Selection> select_parameters(const Network& network, const SelectOptions&
           }
         if (next) {  // keep both if the fit without one is worse than the BIC penalty
           Network without = start;
-          fix_parameter(without, next->camera, next->name, network);
+          fix_parameter(without, next->camera, next->name, nominal);
           const Result<Adjustment> trial = adjust(without, options.adjust);
           const double penalty = std::log(std::max(1, out.adjustment.observations));
           if (!trial.ok() || 2 * (trial->cost - out.adjustment.cost) / factor > penalty)
@@ -154,7 +167,7 @@ Result<Selection> select_parameters(const Network& network, const SelectOptions&
       if (!next) return result;
     }
     last = *next;
-    fix_parameter(start, last.camera, last.name, network);
+    fix_parameter(start, last.camera, last.name, nominal);
   }
 }
 

@@ -3,11 +3,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <set>
 #include <sstream>
 #include <string>
 
 #include "libocc/core/require.hpp"
+#include "libocc/core/statistics.hpp"
 #include "libocc/photometry/internal/response_fit.hpp"
 
 namespace occ {
@@ -96,6 +98,63 @@ std::string find_gap(const std::vector<FlatPatch>& patches) {
   return "";
 }
 
+/// Ranks 0 to 1 of values; ties get different ranks, which matters little for many values.
+std::vector<double> ranks(const std::vector<double>& values) {
+  std::vector<std::size_t> order(values.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::size_t a, std::size_t b) { return values[a] < values[b]; });
+  std::vector<double> rank(values.size());
+  for (std::size_t i = 0; i < order.size(); ++i)
+    rank[order[i]] = static_cast<double>(i) / static_cast<double>(order.size() - 1);
+  return rank;
+}
+
+/// Message for two images that show different scenes; empty if there are none. A rising response
+/// keeps the order of the patches' levels, whatever the exposure times are: Spearman's rank
+/// correlation ("The proof and measurement of association between two things", American Journal of
+/// Psychology 15, 1904) is near 1. The limit allows for a scene that moved in part.
+std::string find_other_scene(const std::vector<FlatPatch>& patches, std::size_t images) {
+  constexpr double min_correlation = 0.7, min_spread_sigma = 20;
+  for (std::size_t a = 0; a < images; ++a)
+    for (std::size_t b = a + 1; b < images; ++b) {
+      std::vector<double> first, second;
+      double noise_dn = 0;
+      for (const FlatPatch& patch : patches) {
+        const PatchLevel *in_a = nullptr, *in_b = nullptr;
+        for (const PatchLevel& level : patch.levels) {
+          if (level.exposure == static_cast<int>(a)) in_a = &level;
+          if (level.exposure == static_cast<int>(b)) in_b = &level;
+        }
+        if (!in_a || !in_b) continue;
+        first.push_back(in_a->level_dn);
+        second.push_back(in_b->level_dn);
+        noise_dn = std::max({noise_dn, std::sqrt(in_a->pixel_dn2), std::sqrt(in_b->pixel_dn2)});
+      }
+      if (first.size() < min_patches) continue;
+      const auto spread = [](const std::vector<double>& levels) {
+        return quantile(levels, 0.9) - quantile(levels, 0.1);
+      };
+      // Noise determines the order of equal levels.
+      if (std::min(spread(first), spread(second)) < min_spread_sigma * std::max(noise_dn, 0.1))
+        continue;
+      const std::vector<double> x = ranks(first), y = ranks(second);
+      double squares = 0, variance = 0;
+      for (std::size_t i = 0; i < x.size(); ++i) {
+        squares += (x[i] - y[i]) * (x[i] - y[i]);
+        variance += (x[i] - 0.5) * (x[i] - 0.5);
+      }
+      const double correlation = 1 - squares / (2 * variance);
+      if (correlation > min_correlation) continue;
+      std::ostringstream text;
+      text.precision(2);
+      text << "images " << a << " and " << b << " show different scenes: the order of their "
+           << "brightness agrees by " << correlation << " only (1 for one scene)";
+      return text.str();
+    }
+  return "";
+}
+
 /// Weighted isotonic regression by pooling adjacent violators (Kruskal, Psychometrika 29, 1964);
 /// returns the number of changed levels.
 int project_to_rising(Eigen::VectorXd& g, const Eigen::VectorXd& sigma) {
@@ -156,6 +215,8 @@ Result<ChannelResponse> channel_response(const std::vector<ImageView>& images, i
     return failed(Status::degenerate,
                   "only " + std::to_string(patches.size()) +
                       " patches are flat and neither black nor clipped in two images");
+  if (const std::string other = find_other_scene(patches, images.size()); !other.empty())
+    return failed(Status::degenerate, other);
   std::set<double> used;
   for (const FlatPatch& patch : patches)
     for (const auto& p : patch.levels) used.insert(exposures_s[p.exposure]);

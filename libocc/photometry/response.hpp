@@ -95,8 +95,8 @@ struct RecoveredResponse {
 /// - ok; if the residuals exceed their sigmas (wrong exposure times, a moving scene), the message
 /// and
 ///   the variance factor report it.
-/// - degenerate: a channel's curve is not determined (too few different exposure times, too few
-/// flat
+/// - degenerate: two images show different scenes, or a channel's curve is not determined (too few
+/// different exposure times, too few flat
 ///   patches that are neither black nor clipped in two images, or a gap in the observed levels).
 /// - not_converged: no convergence, or a `basis` curve that decreases between observed levels.
 /// The message names the cause; the value holds the channels before the failed one. Throws

@@ -70,6 +70,31 @@ void define_adjustment(py::module_& m) {
       .def_readonly("normalised", &RejectedObservation::normalised, "Residual over its sigma.")
       .def_readonly("reason", &RejectedObservation::reason,
                     "robust, snooping, not in view, no agreement.");
+  ResultClass<RejectedDistance>(m, "RejectedDistance", "Distance rejected as a gross error.")
+      .def_readonly("distance", &RejectedDistance::distance, "Index of the distance.")
+      .def_readonly("normalised", &RejectedDistance::normalised, "Residual over its sigma.")
+      .def_readonly("residual_m", &RejectedDistance::residual_m, "Measured minus adjusted length.")
+      .def_readonly("name", &RejectedDistance::name, "\"distance 2 (p21 to p33, 2 m)\".");
+  ResultClass<RejectedControl>(m, "RejectedControl", "Control point rejected as a gross error.")
+      .def_readonly("control", &RejectedControl::control, "Index of the control point.")
+      .def_readonly("normalised", &RejectedControl::normalised,
+                    "Length of the residual in its sigmas.")
+      .def_readonly("coordinate", &RejectedControl::coordinate,
+                    "0, 1 or 2: x, y or z differs most.")
+      .def_readonly("residual_m", &RejectedControl::residual_m,
+                    "Known minus adjusted value of that coordinate.")
+      .def_readonly("name", &RejectedControl::name, "\"control point 2 (p11)\".");
+  ResultClass<LeftOut>(m, "LeftOut", "Something observed that is not in the adjustment.")
+      .def_property_readonly(
+          "kind",
+          [](const LeftOut& one) {
+            static const char* const names[] = {"station", "point", "body", "distance", "control"};
+            return names[static_cast<int>(one.kind)];
+          },
+          "\"station\", \"point\", \"body\", \"distance\" or \"control\".")
+      .def_readonly("index", &LeftOut::index, "Index in its list.")
+      .def_readonly("name", &LeftOut::name, "Kind and name.")
+      .def_readonly("reason", &LeftOut::reason, "A clause: \"is observed in one image only\".");
   ResultClass<Adjusted> adjusted(m, "Adjustment", "An adjusted network; the last state if not ok.");
   define_result(adjusted);
   adjusted.def_property_readonly("network", value_of(&A::network), "Network with the estimates.")
@@ -85,8 +110,20 @@ void define_adjustment(py::module_& m) {
       .def_property_readonly("sigma0", value_of(&A::sigma0),
                              "A posteriori standard deviation of unit weight.")
       .def_property_readonly("rejected", value_of(&A::rejected), "List of RejectedObservation.")
+      .def_property_readonly("rejected_distances", value_of(&A::rejected_distances),
+                             "List of RejectedDistance.")
+      .def_property_readonly("rejected_control", value_of(&A::rejected_control),
+                             "List of RejectedControl.")
+      .def_property_readonly(
+          "left_out", value_of(&A::left_out),
+          "List of LeftOut: stations, points, bodies, distances, control points.")
+      .def_property_readonly("weak_points", value_of(&A::weak_points),
+                             "Indices of points with rejected rays that keep two rays, or at most "
+                             "half of their rays: their errors may not be detected.")
+      .def_property_readonly("rejected_share", value_of(&A::rejected_share),
+                             "Rejected image points over those given, 0 to 1.")
       .def_property_readonly("warnings", value_of(&A::warnings),
-                             "For example, points that were left out.")
+                             "A sentence for each thing that the user should check.")
       .def("__repr__", [](const Adjusted& r) {
         return "<Adjustment: " + std::string(to_string(r.status)) + ", sigma0 " +
                value_repr(r.value.sigma0) + ", redundancy " + std::to_string(r.value.redundancy) +
@@ -101,7 +138,9 @@ void define_adjusting(py::module_& m) {
       "Adjusts a Network by weighted least squares (bundle adjustment).\n\n"
       "The network is free during the steps; the datum is set afterwards.\n"
       "progress(stage, iteration, cost, rejected): called in each step; False stops it.\n"
-      "Returns: Adjustment; status too_few_lamps, degenerate (the message names undetermined "
+      "Returns: Adjustment; status ok (the message counts what was rejected), ambiguous "
+      "(observations "
+      "contradict each other), too_few_lamps, degenerate (the message names undetermined "
       "unknowns) or not_converged, with the last state.\n"
       "Raises: ValueError for an invalid network or option." +
       fields_doc(fields, "Options");

@@ -115,13 +115,15 @@ void define_selection(py::module_& m) {
   m.def(
       "select_parameters",
       [](const Network& network, const Datum& datum, bool robust, double false_alarm,
-         double max_correlation, const std::vector<std::string>& keep) {
+         double max_correlation, const std::vector<std::string>& keep,
+         const std::vector<Camera>& nominal) {
         SelectOptions options;
         options.adjust.datum = datum;
         options.adjust.robust = options.adjust.snooping = robust;
         options.false_alarm = false_alarm;
         options.max_correlation = max_correlation;
         options.keep = keep;
+        options.nominal = nominal;
         py::gil_scoped_release unlocked;
         return select_parameters(network, options);
       },
@@ -129,10 +131,13 @@ void define_selection(py::module_& m) {
       py::arg("robust") = true, py::arg("false_alarm") = SelectOptions{}.false_alarm,
       py::arg("max_correlation") = SelectOptions{}.max_correlation,
       py::arg_v("keep", std::vector<std::string>{}, "[]"),
+      py::arg_v("nominal", std::vector<Camera>{}, "[]"),
       R"(Drops free camera parameters one by one until all are significant and separable.
 
 false_alarm: level of significance. max_correlation: above it, the less significant of two goes.
-keep: names that are never dropped. Returns: Selection.)");
+keep: names that are never dropped. nominal: cameras with the values that parameters have if they
+are not estimated; default: those of the network. Returns: Selection.
+Raises: ValueError for nominal cameras of another number or model.)");
 }
 
 void define_components(py::module_& m) {

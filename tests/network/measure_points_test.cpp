@@ -2,6 +2,8 @@
 // Points measured in calibrated images.
 #include "libocc/network/measure_points.hpp"
 
+#include <algorithm>
+
 #include "tests/network/network_support.hpp"
 
 namespace occ {
@@ -86,6 +88,45 @@ TEST(Measure, PropagatesTheUncertaintyOfCameras) {
     const Eigen::Matrix3d a = whole->point(i), b = large.points[i].covariance_m2;
     EXPECT_LT((a - b).norm(), 1e-4 * a.norm());
   }
+}
+
+/// One station of ten observes little, so that its pose is poor. Its rays must not spoil the
+/// points.
+TEST(Measure, RaysOfAPoorImageHaveLittleWeight) {
+  Network truth = test::cloud_network(test::small_pinhole(), {}, 10, 50);
+  int kept = 0;
+  for (ImageObservation& seen : truth.observations) {
+    if (seen.target.point < 4) seen.used = false;
+    if (seen.image == 9 && seen.target.point >= 4 && ++kept > 4) seen.used = false;
+    if (seen.image == 9) seen.sigma_px.setConstant(20);
+  }
+  Datum datum;
+  for (int k = 4; k < 50; ++k) datum.targets.push_back(Target::of_point(k));
+  double nees = 0;
+  constexpr int runs = 100;
+  for (std::uint64_t run = 0; run < runs; ++run) {
+    const auto found = adjust(noisy_network(truth, run, 0.001), test::plain());
+    ASSERT_TRUE(found.ok()) << found.message;
+    const auto aligned = in_datum(found->network, truth, datum);
+    const auto p = precision(*aligned, datum);
+    ASSERT_TRUE(p.ok()) << p.message;
+    auto all = observations(truth, 4, 0.3, run);
+    for (auto& point : all)
+      for (PointObservation& seen : point) seen.sigma_px.setConstant(0.3);
+    const Measurement with = measure_points(*aligned, all, &*p);
+    for (auto& point : all)
+      point.erase(std::remove_if(point.begin(), point.end(),
+                                 [](const PointObservation& seen) { return seen.image == 9; }),
+                  point.end());
+    const Measurement without = measure_points(*aligned, all, &*p);
+    for (std::size_t i = 0; i < 4; ++i) {
+      const Eigen::Matrix3d a = with.points[i].covariance_m2, b = without.points[i].covariance_m2;
+      EXPECT_LT(a.trace(), 1.0001 * b.trace()) << "another ray never makes a point worse";
+      const Eigen::Vector3d off = with.points[i].position_m - truth.points[i].position_m;
+      nees += off.dot(a.inverse() * off) / (3 * 4 * runs);
+    }
+  }
+  EXPECT_NEAR(nees, 1, 0.2);
 }
 
 TEST(Measure, ReportsPointsThatCannotBeMeasured) {

@@ -169,6 +169,29 @@ TEST(NetworkStatistics, SelectionKeepsSignificantParameters) {
   EXPECT_NEAR(chosen->adjustment.sigma0, 1, 0.15);
 }
 
+TEST(NetworkStatistics, SelectionComparesWithTheNominalCamera) {
+  const Network truth = test::pinhole_network(8, 60);
+  Network start = noisy_network(truth, 6, 0.01);
+  start.cameras[0].camera = adjust(start)->network.cameras[0].camera;
+  const auto has_focal_length = [](const Result<Selection>& chosen) {
+    const auto& kept = chosen->adjustment.network.cameras[0].free_parameters;
+    return std::count(kept.begin(), kept.end(), "fx_px") == 1;
+  };
+  EXPECT_FALSE(has_focal_length(select_parameters(start, {})))
+      << "an estimate equals itself, which is why there are nominal cameras";
+  SelectOptions options;
+  options.nominal = {Camera::pinhole(1280, 960, 960, 960, 639.5, 479.5, {0, 0, 0, 0, 0})};
+  const auto chosen = select_parameters(start, options);
+  ASSERT_TRUE(chosen.ok()) << chosen.message;
+  EXPECT_TRUE(has_focal_length(chosen));
+  options.nominal.push_back(options.nominal[0]);
+  EXPECT_NE(test::complaint([&] { select_parameters(start, options); }).find("nominal"),
+            std::string::npos);
+  options.nominal = {Camera::rotating_line(test::small_line())};
+  EXPECT_NE(test::complaint([&] { select_parameters(start, options); }).find("nominal"),
+            std::string::npos);
+}
+
 TEST(NetworkStatistics, SelectionDropsUndeterminedParameters) {
   TestFieldDesign design;
   design.camera = paper_panorama_camera();

@@ -291,6 +291,22 @@ TEST(Response, ReportsAnUndeterminedCurve) {
   EXPECT_TRUE(!found.ok() || found->channels[0].variance_factor > 1) << found.message;
 }
 
+TEST(Response, PicturesOfDifferentScenesAreDegenerate) {
+  for (const ResponseMethod method : {ResponseMethod::levels, ResponseMethod::basis}) {
+    Scene scene = test::wall_of_lamps(Response::srgb);
+    test::Series series = test::exposure_series(scene, 4, 1.7);
+    for (std::size_t i = 0; i < scene.lamps.size() / 2; ++i)  // other lamps are bright
+      std::swap(scene.lamps[i].power_w, scene.lamps[scene.lamps.size() - 1 - i].power_w);
+    series.images[2] = test::exposure_series(scene, 4, 1.7).images[2];
+    ResponseOptions options;
+    options.method = method;
+    const auto found = recover_response(series.views(), series.exposures_s, options);
+    EXPECT_EQ(found.status, Status::degenerate) << found.message;
+    EXPECT_NE(found.message.find("images 0 and 2 show different scenes"), std::string::npos)
+        << found.message;
+  }
+}
+
 TEST(Response, RejectsLongerTimesWithDarkerImages) {
   test::Series series = test::exposure_series(test::wall_of_lamps(Response::gamma), 4);
   std::reverse(series.exposures_s.begin(), series.exposures_s.end());

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Intersection of rays, and the consensus of the images that observe one point or one body.
+// Intersection of rays, and the consensus of the images that observe one point or one body, or of
+// the targets that one station observes.
 //
 // The consensus maximises the number of inliers over pairs of images (Fischler, Bolles, "Random
 // sample consensus", CACM 24, 1981); cameras and stations are held. Robust weights alone fail here:
@@ -57,5 +58,16 @@ struct BodyConsensus {
 BodyConsensus body_consensus(const Network& network, const NetworkLayout& layout,
                              NetworkState& state, int body, const std::vector<int>& observations,
                              double limit);
+
+/// Indices of the used observations of each unknown station; empty for other stations.
+std::vector<std::vector<int>> observations_of_stations(const Network& network,
+                                                       const NetworkLayout& layout);
+
+/// Pose at which most observations of a station are inliers. Hypotheses: P3P for three observations
+/// of one image; points and bodies are held. The station stays where it is when three quarters of
+/// its observations are inliers there, or when no hypothesis has more. `limit` as in
+/// point_consensus(); `state` is used as scratch memory and restored.
+Rigid3 station_consensus(const Network& network, const NetworkLayout& layout, NetworkState& state,
+                         int station, const std::vector<int>& observations, double limit);
 
 }  // namespace occ::internal::network

@@ -10,10 +10,25 @@
 
 namespace occ::internal::network {
 
+/// "station s2", or "station 2" without a name.
+template <typename Item>
+std::string name_or(const Item& item, const char* kind, std::size_t index) {
+  return std::string(kind) + " " + (item.name.empty() ? std::to_string(index) : item.name);
+}
+
 struct CheckOutcome {
   Status status = Status::ok;
   std::string message;
 };
+
+/// A station that is not fixed, has no prior, and observes too few determined targets for its pose.
+struct WeakStation {
+  int station = 0, targets = 0;
+};
+std::vector<WeakStation> weak_stations(const Network& network, const NetworkLayout& layout);
+
+/// Number of stations that observe a determined target.
+std::size_t count_observing_stations(const Network& network, const NetworkLayout& layout);
 
 /// too_few_lamps: a station or the network observes too few targets; degenerate: groups of stations
 /// that share no target.

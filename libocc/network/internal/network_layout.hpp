@@ -75,7 +75,6 @@ struct NetworkLayout {
   std::vector<int> direct;  ///< observations of targets that are not eliminated
   /// Fixed, or unknown with enough observations.
   std::vector<char> determined_point, determined_body;
-  std::vector<std::string> warnings;  ///< one sentence for each point or body that is left out
 
   bool is_determined(const Target& target) const;
   Index offset_of(const Target& target) const {

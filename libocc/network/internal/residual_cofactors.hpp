@@ -38,4 +38,10 @@ DistanceCofactor distance_cofactor(const Network& network, const NetworkLayout& 
                                    const DistanceObservation& observation,
                                    const Eigen::MatrixXd& covariance);
 
+/// Covariance of a determined target's position [m^2], for `covariance` of the reduced unknowns.
+/// For targets of control points it is the same in any datum.
+Eigen::Matrix3d position_cofactor(const Network& network, const NetworkLayout& layout,
+                                  const NetworkState& state, const NormalEquations& normal,
+                                  const Eigen::MatrixXd& covariance, const Target& target);
+
 }  // namespace occ::internal::network

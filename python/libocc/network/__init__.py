@@ -12,6 +12,7 @@ from .._core import (
     CommonFactor,
     Datum,
     DatumKind,
+    LeftOut,
     MeasuredPoint,
     Measurement,
     Network,
@@ -20,6 +21,8 @@ from .._core import (
     ParameterStatistics,
     Precision,
     Ray,
+    RejectedControl,
+    RejectedDistance,
     RejectedObservation,
     Resection,
     ScalePrediction,
@@ -55,9 +58,10 @@ from .._core import (
 from .files import network_files, read_network
 
 __all__ = [
-    "Adjustment", "CameraParameter", "CheckResult", "CommonFactor", "Datum", "DatumKind", "MeasuredPoint",
+    "Adjustment", "CameraParameter", "CheckResult", "CommonFactor", "Datum", "DatumKind", "LeftOut", "MeasuredPoint",
     "Measurement", "Network", "NetworkStart", "NetworkStatistics", "ParameterStatistics", "Precision", "Ray",
-    "RejectedObservation", "Resection", "ScalePrediction", "ScaleSource", "Selection", "SelectionStep", "Target",
+    "RejectedControl", "RejectedDistance", "RejectedObservation", "Resection", "ScalePrediction", "ScaleSource",
+    "Selection", "SelectionStep", "Target",
     "TestField", "TestFieldDesign", "VarianceComponent", "VarianceComponents", "adjust", "board_network",
     "check_points", "compare_scale", "format_camera", "image_residuals_px", "lamp_network", "measure_points",
     "network_files", "network_statistics", "paper_additional_parameters", "paper_panorama_camera",

@@ -161,6 +161,17 @@ def html(c: Calibration, title: str, extra: Sequence[str] = (), uncertainties: S
             [c.network.image_names[int(c.observations[r.observation, 0])], target_name(c, r.observation),
              number(r.normalised, 3), r.reason] for r in a.rejected
         )))
+    if a.rejected_distances or a.rejected_control:
+        titles = ("observation", "coordinate", "difference [mm]", "residual / sigma")
+        parts.append("<h2>Rejected distances and control points</h2>" + table(titles, [
+            *((r.name, "", number(1e3 * r.residual_m, 3), number(r.normalised, 3)) for r in a.rejected_distances),
+            *((r.name, "xyz"[r.coordinate], number(1e3 * r.residual_m, 3), number(r.normalised, 3))
+              for r in a.rejected_control),
+        ]))
+    if a.left_out:
+        parts.append(f"<h2>Left out: {len(a.left_out)}</h2>" + table(("", "reason"), (
+            (one.name, one.reason) for one in a.left_out
+        )))
     parts.append("<h2>Points and stations</h2>" + picture(figures.field_map(c), "map"))
     if c.network.point_names and c.known.ok:
         columns = ("point", "x [m]", "y [m]", "z [m]", "sigma x [mm]", "sigma y [mm]", "sigma z [mm]")

@@ -14,7 +14,6 @@ from ..._core import (
     CameraKind,
     Datum,
     Network,
-    RejectedObservation,
     Selection,
     adjust,
     format_camera,
@@ -55,18 +54,20 @@ class Spinner:
 
 def calibrate(
     network: Network, datum: Datum, *, robust: bool = True, select: bool = False, notes: Sequence[str] = (),
-    checks: dict[str, Any] | None = None, before: Camera | None = None,
+    checks: dict[str, Any] | None = None, before: Camera | None = None, keep: Sequence[str] = (),
 ) -> tuple[Calibration, Selection | None]:
     """Adjusts a network.
 
     select: estimates only the parameters that the observations determine. before: camera with which the report compares
-    the first camera; default: that of the network.
+    the first camera, and against which `select` tests its parameters; default: that of the network. keep: parameters
+    that `select` never drops.
     """
     begun = time.monotonic()
     chosen = None
     with Spinner() as spinner:
         if select:
-            chosen = select_parameters(network, datum=datum, robust=robust)
+            nominal = network.cameras if before is None else [before, *network.cameras[1:]]
+            chosen = select_parameters(network, datum=datum, robust=robust, keep=keep, nominal=nominal)
             adjusted = chosen.adjustment
         else:
             adjusted = adjust(network, robust=robust, snooping=robust, datum=datum, progress=spinner)
@@ -86,12 +87,10 @@ GROUPS = (
 )
 
 
-def ladder(
-    network: Network, datum: Datum, rejected: Sequence[RejectedObservation]
-) -> tuple[list[str], list[float]]:
+def ladder(network: Network, datum: Datum, adjusted: Network) -> tuple[list[str], list[float]]:
     """Names and sigma0 of adjustments without camera parameters, then with one more group of parameters each.
 
-    rejected: gross errors detected with the complete model; they are omitted in all adjustments.
+    adjusted: the network adjusted with the complete model; what was rejected there is omitted in all adjustments.
     """
     free = network.free_parameters
     left = {name for names in free for name in names}
@@ -101,8 +100,7 @@ def ladder(
         left.difference_update(present)
         if present:
             wanted.append(present)
-    rest = network.copy()
-    rest.drop([r.observation for r in rejected])
+    rest = adjusted.copy()
     names, sigmas = [], []
     with progress("ladder", len(wanted) + 1) as advance:
         for k in range(len(wanted) + 1):
@@ -116,8 +114,8 @@ def ladder(
     return names, sigmas
 
 
-def ladder_section(network: Network, datum: Datum, rejected: Sequence[RejectedObservation]) -> str:
-    names, sigmas = ladder(network, datum, rejected)
+def ladder_section(network: Network, datum: Datum, adjusted: Network) -> str:
+    names, sigmas = ladder(network, datum, adjusted)
     shown = [names[0], *(f"+ {name}" for name in names[1:])]
     return "<h2>Influence of the parameter groups</h2>" + report.picture(figures.ladder(shown, sigmas), "ladder")
 

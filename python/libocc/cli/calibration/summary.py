@@ -200,6 +200,7 @@ def everything(c: Calibration) -> dict[str, Any]:
         "warnings": list(a.warnings) + c.notes,
         "sigma0": a.sigma0, "redundancy": a.redundancy, "observations": a.observations,
         "unknowns": a.unknowns, "datum_defect": a.defect, "iterations": a.iterations,
+        "rejected_share": a.rejected_share,
         "cameras": [
             {
                 "name": name, "kind": camera.kind.name, "rms_px": c.rms_px(k).tolist(),
@@ -219,6 +220,17 @@ def everything(c: Calibration) -> dict[str, Any]:
              "target": target_name(c, r.observation), "normalised": finite(r.normalised), "reason": r.reason}
             for r in a.rejected
         ],
+        "rejected_distances": [
+            {"name": r.name, "normalised": finite(r.normalised), "residual_m": finite(r.residual_m)}
+            for r in a.rejected_distances
+        ],
+        "rejected_control": [
+            {"name": r.name, "normalised": finite(r.normalised), "coordinate": "xyz"[r.coordinate],
+             "residual_m": finite(r.residual_m)}
+            for r in a.rejected_control
+        ],
+        "left_out": [{"kind": one.kind, "name": one.name, "reason": one.reason} for one in a.left_out],
+        "weak_points": [network.point_names[i] for i in a.weak_points],
         "variance_components": components_of(c),
         "reliability": reliability_of(c),
         "check_points": None if c.checked is None or not c.checked.ok else {

@@ -137,7 +137,7 @@ def command(
         raise Failure("give either --tag-size, or --chessboard with --square")
     if chessboard is not None and square_m is None:
         raise Failure("--chessboard needs --square")
-    start = None
+    start, keep = None, []
     if camera_path is not None:
         with error_context(camera_path):
             start = occ.read_camera(camera_path)
@@ -167,6 +167,8 @@ def command(
     if start is None:
         exif, about_pictures = focal_of_pictures(images, size)
         start, notes = start_camera(model, size, views, focal_px, int(coefficients), exif)
+        if focal_px is None:  # the initial focal length is an estimate, so it has no nominal value
+            keep = ["fx_px", "fy_px"]
         notes += about_pictures
     free = free_parameters(start)
     if chessboard is not None:
@@ -183,4 +185,4 @@ def command(
     add_distances(network, distance)
     finish(ctx, network, occ.network.Datum(kind=occ.network.DatumKind[datum_kind or "inner"]), out=out,
            title=f"Camera from {len(images)} images", select=select, ladder=ladder, robust=robust, as_json=as_json,
-           settings=settings, notes=notes, before=start)
+           settings=settings, notes=notes, before=start, keep=keep)

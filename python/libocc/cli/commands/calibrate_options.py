@@ -64,12 +64,13 @@ def finish(
     ctx: click.Context, network: occ.network.Network, datum: occ.network.Datum, *, out: str, title: str,
     select: bool, robust: bool, as_json: bool, settings: dict[str, Any], notes: Sequence[str] = (),
     more: Callable[["Calibration"], dict[str, bytes]] | None = None, ladder: bool = False,
-    checks: dict[str, Any] | None = None, before: occ.Camera | None = None,
+    checks: dict[str, Any] | None = None, before: occ.Camera | None = None, keep: Sequence[str] = (),
     text: Callable[[dict[str, Any]], list[str]] | None = None,
 ) -> None:
     """Adjusts the network, writes the folder and prints the result; exit code 1 when the adjustment failed.
 
-    text: further lines of the text output. more: further files by their names.
+    keep: parameters that `select` never drops. text: further lines of the text output. more: further files by their
+    names.
     """
     from ..calibration.report import table
     from ..calibration.run import calibrate, ladder_section, write
@@ -77,7 +78,8 @@ def finish(
 
     with error_context(out):
         folder = ResultFolder(out, {**settings, "select": select, "robust": robust})
-    found, chosen = calibrate(network, datum, robust=robust, select=select, notes=notes, checks=checks, before=before)
+    found, chosen = calibrate(network, datum, robust=robust, select=select, notes=notes, checks=checks, before=before,
+                              keep=keep)
     sections = []
     if chosen is not None:
         sections.append("<h2>Selected parameters</h2>" + table(("dropped", "reason", "sigma0", "BIC"), [
@@ -85,7 +87,7 @@ def finish(
         ]))
     with error_context(out):
         if ladder:
-            sections.append(ladder_section(network, datum, found.adjustment.rejected))
+            sections.append(ladder_section(network, datum, found.network))
         data = write(folder, found, title, sections)
         for name, content in (more(found) if more else {}).items():
             folder.write(name, content)
@@ -106,6 +108,8 @@ def lines(data: dict[str, Any]) -> list[str]:
         f"sigma0 {data['sigma0']:.4g}, {data['observations']} observations, {data['unknowns']} unknowns, "
         f"redundancy {data['redundancy']}, datum defect {data['datum_defect']}, {len(data['rejected'])} rejected"
     ]
+    if data["status"] == "ok" and data["message"]:
+        text.append(data["message"])
     for p in data["parameters"]:
         sigma = "unknown" if p["sigma"] is None else f"{p['sigma']:.2g}"
         text.append(f"{p['camera']} {p['name']} {p['value']:.9g} +- {sigma} {p['unit']}")
