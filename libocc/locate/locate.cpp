@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <deque>
 #include <iomanip>
 #include <sstream>
 
@@ -15,6 +16,7 @@
 #include "libocc/identify/internal/verdict.hpp"
 #include "libocc/locate/internal/best_candidate.hpp"
 #include "libocc/locate/internal/exclusion.hpp"
+#include "libocc/locate/internal/map_rivals.hpp"
 #include "libocc/locate/internal/suspects.hpp"
 #include "libocc/refine/internal/estimated_map.hpp"
 #include "libocc/refine/internal/pose_evidence.hpp"
@@ -249,6 +251,9 @@ Result<Fix> locate_blobs(const std::vector<Blob>& blobs, const Scene& scene,
                               image,
                               identified->excluded_listed};
   Refinement refinement = refine_hypotheses(ahead, [&] { return clock.seconds(); });
+  std::deque<Hypothesis> rivals;
+  add_rivals_of_wrong_map(
+      ahead, [&] { return clock.seconds(); }, rivals, refinement);
   add_excluded(ahead, identified->excluded, refinement);
   exclude_separated_lamp(ahead, refinement, fix.excluded_lamps);
   add_doubt(risk_of_one_rectangle(refinement.poses.front(), scene, blobs, options.prior),

@@ -40,13 +40,15 @@ double mean_distance_m(const Refined& refined, const Scene& scene) {
   return sum / static_cast<double>(std::max<std::size_t>(1, refined.lamps.size()));
 }
 
+bool uses(Rung rung, const Refined& refined) {
+  return std::any_of(refined.lamps.begin(), refined.lamps.end(), [&](const LampResidual& lamp) {
+    return !lamp.contradicts && lamp.rung == rung;
+  });
+}
+
 /// True if the lamps in use are used by their rims, or by their centroids where they have none.
 bool is_by_rims(const Refined& refined) {
-  const auto count = [&](Rung rung) {
-    return std::count_if(refined.lamps.begin(), refined.lamps.end(),
-                         [&](const auto& lamp) { return !lamp.contradicts && lamp.rung == rung; });
-  };
-  return count(Rung::rims) > 0 && count(Rung::direct) == 0;
+  return uses(Rung::rims, refined) && !uses(Rung::direct, refined);
 }
 
 /// True if the lamps contradict each other at this pose.
@@ -160,11 +162,12 @@ std::optional<Refined> with_errors_of_sizes(const Problem& problem, double map_s
 
 /// Fit with errors of the positions, or of the sizes if they are the cause. In a fit with errors of
 /// 1 % of the distance, the noise of the rims is negligible: the lamps' errors are then the
-/// residuals of a least-squares fit of their positions. Empty if they are larger.
+/// residuals of a least-squares fit of their positions. Over-exposed rims may be given up in it for
+/// the centroids. Empty if the errors are larger or not determined.
 std::optional<Refined> with_errors_of_residuals(const Problem& problem) {
   const double max_sigma_m = 0.01 * mean_distance_m(problem.exact, problem.scene);
   const Result<Refined> loose = problem.fit(Rung::rims, {max_sigma_m});
-  if (!loose.ok() || !is_by_rims(*loose)) return std::nullopt;
+  if (!loose.ok() || uses(Rung::direct, *loose)) return std::nullopt;
   const EstimatedErrors errors = errors_of_positions(*loose, problem.scene);
   if (errors.dof < 1 || !(errors.map_sigma_m > 0)) return std::nullopt;
   if (auto sized = with_errors_of_sizes(problem, errors.map_sigma_m)) return sized;
@@ -195,6 +198,12 @@ Result<Refined> with_estimated_map(const Result<Refined>& exact, const std::vect
     estimated->dof = exact->dof;
     estimated->variance_factor = exact->variance_factor;
     result.value = *std::move(estimated);
+  } else {
+    // No covariance describes the error of this pose.
+    result.status = Status::not_converged;
+    result.message =
+        "the lamps contradict each other by more than errors of 1 % of their distance: check the "
+        "map, the radii, the camera, and which lamp is which";
   }
   return result;
 }

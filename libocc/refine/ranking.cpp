@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 #include <utility>
 
 #include "libocc/core/internal/dense.hpp"
@@ -72,13 +73,26 @@ void merge_equal_poses(std::vector<RankedPose>& poses) {
 /// the points of a rim, so a rim counts as three numbers (its shape) with an error of its
 /// residual's size; a lamp without a rim as an error of one pixel. A pose that was not fitted to
 /// the rims leaves errors of its own, which are common to all rims; there only the shapes count.
-double log_rims(const RankedPose& pose) {
+/// `incomparable`: blobs that do not count.
+double log_rims(const RankedPose& pose, const std::set<int>& incomparable) {
   constexpr double numbers = 3, min_px = 0.02;
   double sum = 0;
   for (const LampResidual& lamp : pose.refined->lamps)
-    if (!lamp.contradicts && lamp.rung >= Rung::rims)
+    if (!lamp.contradicts && lamp.rung >= Rung::rims && incomparable.count(lamp.match.blob) == 0)
       sum -= numbers * std::log(std::max(min_px, lamp.rms_px));
   return sum;
+}
+
+/// Blobs with a rim that some pose does not use, because over-exposed rims did not converge there.
+/// The rim is then no evidence for the other poses.
+std::set<int> blobs_with_unused_rims(const std::vector<RankedPose>& poses,
+                                     const std::vector<Blob>& blobs) {
+  std::set<int> unused;
+  for (const RankedPose& pose : poses)
+    for (const LampResidual& lamp : pose.refined->lamps)
+      if (!lamp.contradicts && lamp.rung < Rung::rims && !blobs[lamp.match.blob].rim.empty())
+        unused.insert(lamp.match.blob);
+  return unused;
 }
 
 /// True if both poses have the same lamps for their blobs, apart from partial blobs.
@@ -121,12 +135,14 @@ std::vector<pose::LogEvidence> evidence_of_places(const RefinementAhead& ahead,
 void weigh(const RefinementAhead& ahead, Refinement& out) {
   std::vector<RankedPose>& poses = out.poses;
   double best_rims = -infinity;
-  for (const RankedPose& pose : poses) best_rims = std::max(best_rims, log_rims(pose));
+  const std::set<int> incomparable = blobs_with_unused_rims(poses, ahead.blobs);
+  for (const RankedPose& pose : poses)
+    best_rims = std::max(best_rims, log_rims(pose, incomparable));
   std::vector<double> evidences;
   double log_none = 0;
   const std::vector<pose::LogEvidence> places = evidence_of_places(ahead, poses);
   for (std::size_t i = 0; i < poses.size(); ++i) {
-    const double rims = log_rims(poses[i]) - best_rims;
+    const double rims = log_rims(poses[i], incomparable) - best_rims;
     evidences.push_back(places[i].value + rims);
     log_none = std::max(log_none, std::log(identify::excluded_by_prior) +
                                       places[i].if_excluded(ahead.excluded_listed) + rims);
