@@ -168,7 +168,7 @@ WRONG = [
     ("network.yaml", "from: target", "from: targt", "no point is named 'targt 10'"),
     ("network.yaml", "points: points.csv", "point: points.csv", "key `point`: is unknown"),
     ("network.yaml", "images: images.csv", "images: absent.csv", "absent.csv"),
-    ("points.csv", "name,x_m", "name,x_mm", "points.csv:1: has no column `x_m`"),
+    ("points.csv", "name,x_m", "name,x_mm", "points.csv:1: column `x_mm` is unknown"),
     ("observations.csv", "S0,", "S9,", "observations.csv:2: no image is named 'S9'"),
     ("observations.csv", ",0.5,0.19\n", ",0.5,-2\n", "column `sigma_y_px`: must be positive, got '-2'"),
     ("images.csv", "S0,camera,", "S0,camra,", "images.csv:2: no camera is named 'camra'"),

@@ -57,7 +57,7 @@ from .._core import (
 from .files import network_files, read_network
 
 __all__ = [
-    "Adjustment", "CameraParameter", "CheckResult", "CommonFactor", "Datum", "DatumKind", 
+    "Adjustment", "CameraParameter", "CheckResult", "CommonFactor", "Datum", "DatumKind", "Imported",
     "MeasuredPoint", "Measurement", "Network", "NetworkStart", "NetworkStatistics", "ParameterStatistics",
     "Precision", "Ray", "RejectedObservation", "Resection", "ScalePrediction", "ScaleSource", "Selection",
     "SelectionStep", "Target", "TestField", "TestFieldDesign", "VarianceComponent", "VarianceComponents",
