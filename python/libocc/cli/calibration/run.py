@@ -25,6 +25,7 @@ from ...network.files import image_table
 from ..progress import QUIET_S, progress
 from ..result_folder import ResultFolder, json_bytes
 from . import figures, report
+from .covariance import bodies_csv, covariance_npz
 from .export import points_csv, points_ply
 from .summary import Calibration, calibration_of, summary
 
@@ -163,6 +164,12 @@ def write(folder: ResultFolder, c: Calibration, title: str, extra: Sequence[str]
         covariances = c.known.points() if c.known.ok else np.full((len(c.network.point_names), 3, 3), np.inf)
         folder.write("points.csv", points_csv(c.network.point_names, c.network.points_m, covariances))
         folder.write("points.ply", points_ply(c.network.points_m, covariances))
+    if c.known.ok:
+        if c.network.body_names:
+            folder.write("bodies.csv", bodies_csv(c.network, c.known))
+        joint = covariance_npz(c.network, c.known)
+        if joint is not None:
+            folder.write("covariance.npz", joint)
     maps = [uncertainty(c, k) for k in range(len(c.network.cameras))]
     folder.write("report.html", report.html(c, title, extra, maps))
     return data
