@@ -6,12 +6,17 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 
 import libocc as occ
+from libocc.cli import main
 from libocc.network.files import network_files, read_network
 from libocc.network.poses import pose_covariance
+from libocc.network.sections import POSE
+from libocc.network.tables import read_table
 
 Target = occ.network.Target
+SIGMAS = ("sigma_rx_rad", "sigma_ry_rad", "sigma_rz_rad", "sigma_y_m", "sigma_z_m")
 CAMERA = occ.Camera.pinhole(width=640, height=480, fx_px=500, fy_px=505, cx_px=320, cy_px=240)
 
 
@@ -257,3 +262,29 @@ def test_an_element_without_a_start_is_named(tmp_path: Path) -> None:
     (tmp_path / "points.csv").write_text("\n".join([*points, "lost,,,,1"]) + "\n")
     with pytest.raises(ValueError, match="column `fixed`: must be 0 or empty without a position"):
         read_network(path)
+
+
+def test_the_joint_covariance_is_exported(tmp_path: Path) -> None:
+    field = occ.network.simulate_test_field(occ.network.TestFieldDesign(
+        camera=occ.network.paper_panorama_camera(), free_parameters=["c_px"], stations=4, targets=30, seed=3, tags=2,
+    ))
+    for name, content in network_files(field.network).items():
+        (tmp_path / name).write_bytes(content)
+    out = tmp_path / "out"
+    ran = CliRunner().invoke(main, ["calibrate", "network", str(tmp_path / "network.yaml"), "--out", str(out)])
+    assert ran.exit_code == 0, ran.output
+    data = np.load(out / "covariance.npz")
+    assert len(data["names"]) == 30 + 8 and str(data["names"][-1]).endswith(".3")
+    assert data["covariance_m2"].shape == (114, 114) and data["positions_m"].shape == (38, 3)
+    assert np.linalg.eigvalsh(data["covariance_m2"]).min() > -1e-12 * np.trace(data["covariance_m2"])
+    sigmas = {row.text("name"): row.number("sigma_x_m")
+              for row in read_table(out / "points.csv", ("name", "sigma_x_m"), (
+                  "x_m", "y_m", "z_m", "sigma_y_m", "sigma_z_m", "cov_xy_m2", "cov_xz_m2", "cov_yz_m2"))}
+    for k in (0, 12, 29):
+        assert np.sqrt(data["covariance_m2"][3 * k, 3 * k]) == pytest.approx(sigmas[str(data["names"][k])], rel=1e-9)
+    # The middle of a tag is its origin: the sigmas of the body follow from the corners.
+    body = next(read_table(out / "bodies.csv", ("name", "sigma_x_m", "sigma_scale"), (*POSE, "scale", *SIGMAS)))
+    corners = data["covariance_m2"][90:102, 90:102]
+    mean = np.tile(np.eye(3), (1, 4)) / 4
+    assert body.number("sigma_x_m") == pytest.approx(np.sqrt((mean @ corners @ mean.T)[0, 0]), rel=1e-6)
+    assert body.number("sigma_scale") == 0 and data["body_covariances"].shape == (2, 6, 6)

@@ -416,6 +416,68 @@ def test_other_sources_are_refused(tmp_path: Path) -> None:
         import_network(path, control="x")
 
 
+# Values and standard deviations of AICON's report of its example.
+AICON_REPORT = {
+    "f_px": (28.78507, 2.513178e-4), "cx_px": (1.734892e-2, 3.441658e-4), "cy_px": (5.668731e-2, 3.262600e-4),
+    "a1": (-1.096069e-4, 2.978787e-8), "a2": (1.495660e-7, 7.655524e-11), "b1": (5.798428e-6, 1.190972e-7),
+    "b2": (-8.644540e-6, 1.043919e-7),
+}
+
+
+@pytest.mark.skipif(not (SHARED / "aicon").exists(), reason="needs the networks of other programs")
+def test_aicons_example_gives_the_values_of_its_report() -> None:
+    px_per_mm = np.array([8688 / 35.968, 5792 / 23.979])
+    found = import_network(SHARED / "aicon/example.phc", sigma_px=0.0005 * px_per_mm[0])  # S0 a priori 0.0005 mm
+    adjusted = occ.network.adjust(found.network)
+    assert adjusted.ok and adjusted.rejected == []  # as in the report
+    assert (adjusted.observations, adjusted.unknowns, adjusted.defect) == (19945, 1147, 6)
+    assert adjusted.redundancy == 18804
+    assert adjusted.sigma0 * 0.0005 == pytest.approx(0.000405, abs=1e-6)
+    assert adjusted.sigma0 * 0.0005 * px_per_mm[0] == pytest.approx(0.098, abs=5e-4)
+    known = occ.network.precision(adjusted.network).scaled(adjusted.sigma0**2)
+    camera = adjusted.network.cameras[0]
+    centre = np.array([(8688 - 1) / 2, (5792 - 1) / 2])
+    values = {name: occ.network.free_parameter_value(camera, name).value for name in AICON_REPORT}
+    values["f_px"] /= px_per_mm[0]
+    values["cx_px"] = (values["cx_px"] - centre[0]) / px_per_mm[0]
+    values["cy_px"] = (centre[1] - values["cy_px"]) / px_per_mm[1]
+    values["b2"] = -values["b2"]
+    units = dict.fromkeys(AICON_REPORT, 1.0) | {"f_px": px_per_mm[0], "cx_px": px_per_mm[0], "cy_px": px_per_mm[1]}
+    for k, name in enumerate(adjusted.network.free_parameters[0]):
+        value, sigma = AICON_REPORT[name]
+        assert values[name] == pytest.approx(value, abs=0.25 * sigma), name
+        assert np.sqrt(known.parameters(0)[k, k]) / units[name] == pytest.approx(sigma, rel=1e-3), name
+
+
+@pytest.mark.skipif(not (SHARED / "dbat").exists(), reason="needs the networks of other programs")
+def test_dbats_example_gives_the_values_of_its_reports() -> None:
+    dbat = SHARED / "dbat"
+    plain = {"robust": False, "snooping": False}
+    export = import_network(dbat / "camcal-pmexport.txt", control=dbat / "camcal-fixed.txt")
+    found = occ.network.adjust(export.network, datum=export.datum, **plain)
+    assert found.ok and (found.observations, found.unknowns, found.redundancy) == (4148, 423, 3725)
+    camera = found.network.cameras[0]
+    px_per_mm = 1704 / 5.43764
+    known = occ.network.precision(found.network, export.datum).scaled(found.sigma0**2)
+    assert camera.fy_px / px_per_mm == pytest.approx(7.45700, abs=0.5 * 0.00105)
+    assert np.sqrt(known.parameters(0)[1, 1]) / px_per_mm == pytest.approx(0.00105, abs=5e-6)
+
+    # DBAT minimises residuals of corrected coordinates: its sigma0 is that of our residuals on the ideal image.
+    def ideal(pixel: np.ndarray) -> np.ndarray:
+        bearing = np.asarray(camera.unproject(pixel))
+        return np.array([camera.fx_px, camera.fy_px]) * bearing[:2] / bearing[2]
+
+    total = 0.0
+    steps = 1e-3 * np.eye(2)
+    for row, residual in zip(np.asarray(found.network.observations), occ.network.image_residuals_px(found.network)):
+        jacobian = np.stack([(ideal(row[4:6] + d) - ideal(row[4:6] - d)) / 2e-3 for d in steps], axis=1)
+        total += float(np.sum((jacobian @ residual / 0.1) ** 2))
+    assert np.sqrt(total / found.redundancy) == pytest.approx(1.6148, abs=2e-3)
+
+    free = import_network(dbat / "camcal-pmexport.txt")
+    assert occ.network.adjust(free.network, **plain).defect == 7
+
+
 @pytest.mark.skipif(not (SHARED / "dbat").exists(), reason="needs the networks of other programs")
 def test_a_script_of_dbat_gives_the_solution_of_its_export() -> None:
     dbat = SHARED / "dbat"

@@ -197,7 +197,7 @@ TEST(BadScene, SensorAndCamera) {
                              "unit_px: 100, distortion: [1, 2]"),
             "scene.yaml:2: key `camera.distortion`: must be 0 or 7, got 2");
   EXPECT_EQ(camera_complaint("model: equirectangular, width_px: 640, height_px: 480, fx_px: 500"),
-            "scene.yaml:2: key `camera.fx_px`: is unknown");
+            "scene.yaml:2: key `camera.fx_px`: is not known, got 500; did you mean `fy_px`?");
   EXPECT_EQ(
       camera_complaint("model: double_sphere, width_px: 640, height_px: 480, fx_px: 500, xi: 0"),
       "scene.yaml:2: key `camera.alpha`: is missing");

@@ -218,4 +218,7 @@ def read_aicon(path: str | Path, *, sigma_px: float | None = None) -> Imported:
     reader.read_images()
     reader.read_observations()
     reader.read_scales()
+    if sigma_px is None:
+        reader.notes.append("the sigmas are those of the image points' measurement; AICON's adjustment may use one for "
+                            "all, the S0 a priori of its report (sigma_px)")
     return Imported(reader.network, notes=reader.notes)
