@@ -142,7 +142,7 @@ def test_a_pose_prior_has_sigmas_along_the_worlds_axes(tmp_path: Path) -> None:
 """))
     ((station, at, matrix),) = network.pose_priors
     assert station == 0 and np.allclose(-at[:3, :3].T @ at[:3, 3], [1, 2, 3])
-    assert np.allclose(occ.position_covariance(at, matrix), np.diag([0.01, 0.04, 0.09]))
+    assert np.allclose(occ.smoothing.position_covariance(at, matrix), np.diag([0.01, 0.04, 0.09]))
     assert np.allclose(matrix[:3, :3], np.diag([1e-4, 4e-4, 9e-4]))
     assert np.allclose(matrix, pose_covariance(at, np.array([0.01, 0.02, 0.03]), np.array([0.1, 0.2, 0.3])))
 

@@ -213,12 +213,12 @@ class Reader:
         seen: list[dict[int, NDArray[np.float64]]] = [{} for _ in self.image_rows]
         known = dict(positions)
         corners: dict[Target, int] = {}
-        for image, target, pixel, _ in self.seen:
+        for number, target, pixel, _ in self.seen:
             key = target.point_index
             if key < 0:
                 key = corners.setdefault(target, len(self.point_rows) + len(corners))
                 known[key] = np.asarray(self.network.position_m(target))
-            seen[image][key] = pixel
+            seen[number][key] = pixel
         of_image = [cameras[image.camera] for image in self.image_rows]
         found, points = start_values(of_image, seen, known, poses)
         for k, image in enumerate(self.image_rows):

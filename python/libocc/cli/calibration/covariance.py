@@ -43,7 +43,7 @@ def bodies_csv(network: Network, known: Precision) -> bytes:
         to_origin = np.eye(6)
         to_origin[3:, :3] = [[0, z, -y], [-z, 0, x], [y, -x, 0]]
         variances = np.diag(to_origin @ covariance @ to_origin.T if np.isfinite(covariance).all() else covariance)
-        columns = pose_columns(np.linalg.inv(pose))
+        columns = pose_columns(np.asarray(np.linalg.inv(pose), dtype=float))
         rows.append((network.body_names[k], *columns, float(scales[k]), *map(float, np.sqrt(np.maximum(variances, 0))),
                      float(known.body_scale_sigma(k))))
     return table_bytes(BODY_COLUMNS, rows)

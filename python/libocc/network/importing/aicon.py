@@ -205,7 +205,8 @@ class AiconReader:
                 if bar.text(k, field) not in self.points:
                     raise bar.fail(field, "a point of the .obc file", bar.text(k, field))
                 ends.append(Target.point(self.points[bar.text(k, field)]))
-            self.network.add_distance(*ends, MM * bar.positive(2, "length"), MM * bar.positive(3, "sigma"))
+            start, end = ends
+            self.network.add_distance(start, end, MM * bar.positive(2, "length"), MM * bar.positive(3, "sigma"))
 
 
 def read_aicon(path: str | Path, *, sigma_px: float | None = None) -> Imported:

@@ -9,7 +9,9 @@ at f p (1 + k1 |p|^2 + k2 |p|^4) from the image's centre, with y upwards. Source
 import bz2
 import gzip
 import re
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any, BinaryIO
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,20 +21,25 @@ from ..tables import decoded
 from .fields import Fields, Imported
 
 SIGMA_PX = 1.0  # BAL states none
-OPENERS = {".bz2": bz2.open, ".gz": gzip.open}
+SUFFIXES = (".txt", ".bal", ".bz2", ".gz")
+
+
+def opened(path: Path) -> BinaryIO:
+    openers: dict[str, Callable[..., Any]] = {".bz2": bz2.open, ".gz": gzip.open}
+    file: BinaryIO = openers.get(path.suffix.lower(), open)(path, "rb")
+    return file
 
 
 def content_of(path: Path, limit: int = -1) -> bytes:
-    opener = OPENERS.get(path.suffix.lower(), open)
     try:
-        with opener(path, "rb") as file:
-            return bytes(file.read(limit))
+        with opened(path) as file:
+            return file.read(limit)
     except (EOFError, gzip.BadGzipFile) as error:
         raise ValueError(f"{path}: is damaged: {error}") from None
 
 
 def is_bal(path: Path) -> bool:
-    if not path.is_file() or path.suffix.lower() not in (".txt", ".bal", *OPENERS):
+    if not path.is_file() or path.suffix.lower() not in SUFFIXES:
         return False
     head = content_of(path, 400).split(b"\n")
     return len(head) > 1 and bool(re.fullmatch(rb"\s*\d+\s+\d+\s+\d+\s*", head[0])) and len(head[1].split()) == 4
