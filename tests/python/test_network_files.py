@@ -249,12 +249,47 @@ def test_images_and_points_start_from_a_few_known_points(tmp_path: Path) -> None
     assert started.cost == pytest.approx(reference.cost, rel=1e-6)
 
 
+def only_names(path: Path) -> None:
+    """Removes all columns but the names from a table of points."""
+    names = [line.split(",")[0] for line in path.read_text().splitlines()[1:]]
+    path.write_text("name\n" + "".join(f"{name}\n" for name in names))
+
+
+def test_a_network_starts_from_its_images_alone(tmp_path: Path) -> None:
+    expected, path = without_starts(tmp_path)
+    only_names(tmp_path / "points.csv")
+    reference = occ.network.adjust(expected)
+    network, _ = read_network(path)
+    started = occ.network.adjust(network)
+    assert started.ok and started.cost == pytest.approx(reference.cost, rel=1e-6)
+    names = expected.point_names
+
+    def length(adjusted: occ.network.Network) -> float:
+        return float(np.linalg.norm(np.subtract(*(adjusted.position_m(Target.point(k)) for k in (1, 20)))))
+
+    # A distance gives the scale, three known points (here of another frame) the whole datum.
+    with open(path, "a") as file:
+        file.write(f"distances:\n  - {{from: {names[1]}, to: {names[20]}, length_m: 7.5, sigma_m: 0.001}}\n")
+    network, _ = read_network(path)
+    assert length(network) == pytest.approx(7.5, rel=1e-9)
+    turn = np.array([[0, -1, 0], [1, 0, 0], [0, 0, 1]])
+    at = {k: turn @ np.asarray(reference.network.points_m)[k] + [1, 2, 3] for k in (1, 8, 20)}
+    with open(path, "a") as file:
+        file.write("control:\n" + "".join(
+            f"  - {{target: {names[k]}, position_m: {p.tolist()}, sigma_m: 0.001}}\n" for k, p in at.items()))
+    network, _ = read_network(path)
+    for k, position in at.items():
+        assert np.linalg.norm(network.position_m(Target.point(k)) - position) < 0.1
+    assert all(np.linalg.norm(turn @ p + [1, 2, 3] - q) < 0.3 for p, q in zip(
+        np.asarray(reference.network.points_m), np.asarray(network.points_m)))
+
+
 def test_an_element_without_a_start_is_named(tmp_path: Path) -> None:
     _, path = without_starts(tmp_path)
     points = (tmp_path / "points.csv").read_text().splitlines()
-    bare = [p.split(",")[0] + ",,,," for p in points[4:]]
-    (tmp_path / "points.csv").write_text("\n".join([*points[:4], *bare]) + "\n")
-    with pytest.raises(ValueError, match=r"images.csv:\d+: image 'S0' has no pose and shows 3 targets with known"):
+    bare = [p.split(",")[0] + ",,,," for p in points[3:]]
+    (tmp_path / "points.csv").write_text("\n".join([*points[:3], *bare]) + "\n")
+    with pytest.raises(ValueError, match=r"images.csv:\d+: image 'S0' has no pose and shows 2 targets with known"):
         read_network(path)
     (tmp_path / "points.csv").write_text("\n".join([*points, "lost,,,,"]) + "\n")
     with pytest.raises(ValueError, match=r"points.csv:\d+: point 'lost' has no position and is not visible"):

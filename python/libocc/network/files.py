@@ -12,11 +12,15 @@ from .._core import Camera, Datum, DatumKind, Network, Target, read_camera
 from ..yaml_files import read_yaml
 from .poses import pose_covariance, pose_from
 from .sections import KEYS, POSE, SCHEMA, SIGMA_PX, Names, Section
-from .starts import start_values
+from .starts import free_start, similarity, start_values, transformed
 from .tables import Row, read_table
 from .writing import image_table, network_files
 
 __all__ = ["SIGMA_PX", "image_table", "network_files", "read_network", "read_network_and_checks", "target_named"]
+
+
+DISTANCE = ("from", "to", "length_m", "sigma_m")
+CONTROL = ("target", "position_m", "sigma_m", "covariance_m2")
 
 
 def square(side_m: float) -> NDArray[np.float64]:
@@ -219,8 +223,13 @@ class Reader:
                 key = corners.setdefault(target, len(self.point_rows) + len(corners))
                 known[key] = np.asarray(self.network.position_m(target))
             seen[number][key] = pixel
+        for target, position in self.control_positions():
+            if target.point_index >= 0:
+                known.setdefault(target.point_index, position)
         of_image = [cameras[image.camera] for image in self.image_rows]
         found, points = start_values(of_image, seen, known, poses)
+        if not found:
+            found, points = self.free_start(of_image, seen, known) or (found, points)
         for k, image in enumerate(self.image_rows):
             if k not in found:
                 count = sum(key in points for key in seen[k])
@@ -235,6 +244,37 @@ class Reader:
                     "give its position"
                 )
         return found, points
+
+    def control_positions(self) -> list[tuple[Target, NDArray[np.float64]]]:
+        return [
+            (self.target(section.text("target"), str(self.path)), section.vector("position_m", 3))
+            for section in self.file.sections("control", CONTROL)
+        ]
+
+    def free_start(
+        self, cameras: list[Camera], seen: list[dict[int, NDArray[np.float64]]], known: dict[int, NDArray[np.float64]]
+    ) -> tuple[dict[int, NDArray[np.float64]], dict[int, NDArray[np.float64]]] | None:
+        """Start values from image points alone, in the frame of three known points or scaled by a distance.
+
+        None if there are one or two known points, which do not determine a frame, or no relative orientation.
+        """
+        started = free_start(cameras, seen)
+        if started is None:
+            return None
+        poses, points = started
+        if known:
+            both = [key for key in known if key in points]
+            if len(both) < 3:
+                return None
+            frame = similarity(np.array([points[k] for k in both]), np.array([known[k] for k in both]))
+            return None if frame is None else transformed(poses, points, *frame)
+        ratios = []
+        for section in self.file.sections("distances", DISTANCE):
+            start, end = (self.target(section.text(key), str(self.path)).point_index for key in ("from", "to"))
+            if start in points and end in points:
+                ratios.append(section.positive("length_m") / float(np.linalg.norm(points[end] - points[start])))
+        scale = float(np.median(ratios)) if ratios else 1.0
+        return transformed(poses, points, scale, np.eye(3), np.zeros(3))
 
     def refuse_duplicate(self, row: Row, image: int, first_line: int, first_x_px: float) -> None:
         """Raises ValueError for a target that occurs twice in an image.
@@ -251,10 +291,10 @@ class Reader:
 
     def read_constraints(self) -> None:
         where = str(self.path)
-        for section in self.file.sections("distances", ("from", "to", "length_m", "sigma_m")):
+        for section in self.file.sections("distances", DISTANCE):
             start, end = (self.target(section.text(key), where) for key in ("from", "to"))
             self.network.add_distance(start, end, section.positive("length_m"), section.positive("sigma_m"))
-        for section in self.file.sections("control", ("target", "position_m", "sigma_m", "covariance_m2")):
+        for section in self.file.sections("control", CONTROL):
             if section.one_of("sigma_m", "covariance_m2") == "sigma_m":
                 covariance = np.diag(section.sigmas("sigma_m") ** 2)
             else:
