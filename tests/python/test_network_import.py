@@ -131,6 +131,29 @@ def test_a_malformed_file_of_aicon_is_named(tmp_path: Path, suffix: str, line: i
     assert complaint in str(raised.value)
 
 
+def test_names_in_the_encoding_of_windows_and_short_lines_are_read(tmp_path: Path) -> None:
+    files = aicon_files()
+    path = write_aicon(tmp_path, {**files, "obc": [" ".join(line.split()[:4]) for line in files["obc"][:-1]]})
+    (tmp_path / "job.scale").write_bytes(files["scale"][0].replace("Scale bar", "Maßstab").encode("cp1252"))
+    found = import_network(path)
+    assert len(found.network.point_names) == 25 and len(found.network.distances) == 1
+    (tmp_path / "job.obc").write_bytes("100 1 2 3\n".encode("utf-16"))
+    with pytest.raises(ValueError, match=r"job\.obc:1: is encoded as UTF-16"):
+        import_network(path)
+
+
+def test_one_sigma_replaces_those_of_the_files(tmp_path: Path) -> None:
+    files = aicon_files()
+    files["phc"][0] = files["phc"][0].replace("0.0005 0.001", "0 0")
+    path = write_aicon(tmp_path, files)
+    with pytest.raises(ValueError, match="field `sx`: must be positive"):
+        import_network(path)
+    found = import_network(path, sigma_px=0.25)
+    assert (np.asarray(found.network.observations)[:, 6:8] == 0.25).all()
+    with pytest.raises(ValueError, match="sigma_px must be positive and finite, got -1"):
+        import_network(path, sigma_px=-1)
+
+
 def test_a_missing_file_of_aicon_is_named(tmp_path: Path) -> None:
     path = write_aicon(tmp_path, aicon_files())
     (tmp_path / "job.obc").unlink()
@@ -180,6 +203,20 @@ def test_photomodelers_network_is_read_without_residuals(tmp_path: Path) -> None
     assert [k for k, fixed in enumerate(controlled.network.points_fixed) if fixed] == [1]
     assert np.allclose(controlled.network.points_m[1], [1, 2, 3])
     assert len(controlled.network.control) == 2 and any("77" in note for note in controlled.notes)
+
+
+def test_smart_points_of_photomodeler_are_left_out_and_named(tmp_path: Path) -> None:
+    lines = photomodeler_lines()
+    last = max(k for k, line in enumerate(lines) if line.startswith("25 "))
+    lines.insert(last + 1, "3 9 9 9 0.1 0.1 0.1")
+    mark = max(k for k, line in enumerate(lines) if line.startswith("5 25 "))
+    lines.insert(mark + 1, "0 3 100 100 0 0")
+    (tmp_path / "export.txt").write_text("\n".join(lines))
+    found = import_network(tmp_path / "export.txt")
+    assert len(found.network.point_names) == 25 and len(found.network.observations) == 150
+    text = "\n".join(found.notes)
+    assert "1 points with a number that occurs before (smart points) were left out: 3" in text
+    assert "1 image points without a standard deviation were left out" in text
 
 
 @pytest.mark.parametrize(("line", "text", "complaint"), [

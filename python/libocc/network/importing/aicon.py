@@ -75,7 +75,7 @@ def read_cameras(path: Path) -> dict[str, AiconCamera]:
         if len(block) < 5:
             raise ValueError(f"{block[-1].where}: must be followed by all five lines of the camera, got {len(block)}")
         for line, fields in zip(block, names):
-            line.require(fields)
+            line.require(fields, more=True)
         camera = AiconCamera(block[0], block[1:])
         if camera.name in cameras:
             raise ValueError(f"{block[0].where}: camera {camera.name} occurs twice")
@@ -120,9 +120,9 @@ class AiconReader:
     def read_points(self) -> None:
         left_out = []
         for line in lines_of(self.file(".obc")):
-            line.require(("point", "x", "y", "z", "sx", "sy", "sz", "images", "active", "new", "datum"), more=True)
+            line.require(("point", "x", "y", "z"), more=True)
             name = line.text(0, "point")
-            if line.integer(8, "active") == 0:
+            if len(line) >= 11 and line.integer(8, "active") == 0:  # after sx, sy, sz and the number of images
                 left_out.append(name)
                 continue
             if name in self.points:
@@ -162,6 +162,7 @@ class AiconReader:
 
     def read_observations(self) -> None:
         inactive, unknown = 0, 0
+        sigma = np.ones(2)
         for line in lines_of(self.file(".phc")):
             line.require(("image", "point", "x", "y", "sx", "sy", "vx", "vy", "method", "active", "code"), more=True)
             image, point = line.text(0, "image"), line.text(1, "point")
@@ -169,7 +170,8 @@ class AiconReader:
                 inactive += 1
                 continue
             at = line.vector(2, ("x", "y"))
-            sigma = np.array([line.positive(4, "sx"), line.positive(5, "sy")])
+            if self.sigma_px is None:
+                sigma = np.array([line.positive(4, "sx"), line.positive(5, "sy")])
             if image not in self.images or point not in self.points:
                 unknown += 1
                 continue

@@ -271,6 +271,8 @@ def read_colmap(folder: str | Path, *, sigma_px: float = SIGMA_PX) -> Imported:
         f"COLMAP states no standard deviations: {sigma_px:g} px are assumed",
         "principal points are kept fixed, as COLMAP does by default",
     ]
+    if (folder / f"rigs{suffix}").exists():
+        notes.append("rigs and frames are not read: every image has a pose of its own")
     if duplicates:
         notes.append(f"{duplicates} further observations of a point in one image were left out; the first one is kept")
     return Imported(network, notes=notes)

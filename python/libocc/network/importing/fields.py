@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Text files with fields between separators; errors name file, line, field and value."""
 
+import codecs
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
@@ -84,12 +85,26 @@ class Fields:
         return np.array([self.number(first + k, name) for k, name in enumerate(names)])
 
 
+def text_of(path: Path) -> str:
+    """Text of another program's file: UTF-8, or Windows' encoding of Western Europe, which only names need.
+
+    Raises: OSError; ValueError for UTF-16, UTF-32 and files that are no text.
+    """
+    content = path.read_bytes()
+    try:
+        content.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        if not content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE, codecs.BOM_UTF32_BE)):
+            content = content.decode("cp1252", errors="replace").encode()
+    return decoded(path, content)
+
+
 def lines_of(path: Path, separator: str | None = None, comment: str = "#") -> Iterator[Fields]:
     """Lines of a text file as fields, without blank lines and comments. separator: None for white space.
 
     Raises: OSError; ValueError naming file and line.
     """
-    for number, line in enumerate(decoded(path, path.read_bytes()).splitlines(), 1):
+    for number, line in enumerate(text_of(path).splitlines(), 1):
         text = line.strip()
         if text and not text.startswith(comment):
             yield Fields(path, number, [cell.strip() for cell in text.split(separator)])

@@ -15,9 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..._core import Camera, Datum, DatumKind, Network, Target
-from ..tables import decoded
 from .aicon import cam_from_world, rotation
-from .fields import Fields, Imported, lines_of
+from .fields import Fields, Imported, lines_of, text_of
 
 FREE = ("fx_px", "fy_px", "cx_px", "cy_px", "a1", "a2", "a3", "b1", "b2")
 INNER = ("picture", "focal length", "xp", "yp", "format width", "format height", "K1", "K2", "K3", "P1", "P2")
@@ -56,7 +55,7 @@ def read_control(path: Path) -> dict[str, tuple[NDArray[np.float64], NDArray[np.
 class PhotoModelerReader:
     def __init__(self, path: Path, control_path: Path | None, sigma_px: float | None):
         self.path, self.sigma_px = path, sigma_px
-        text = decoded(path, path.read_bytes())
+        text = text_of(path)
         self.lines = [Fields(path, number, line.split()) for number, line in enumerate(text.splitlines(), 1)]
         self.at = 0
         self.control_path = control_path
@@ -133,11 +132,15 @@ class PhotoModelerReader:
 
     def add_points(self) -> None:
         known = {line.text(0, "point"): (line, True) for line in self.block(POINT)}
+        again = []  # smart points are counted from 1 again; their image points have no sigmas
         for line in self.block(POINT):
             name = line.text(0, "point")
             if name in known and not known[name][1]:
-                raise ValueError(f"{line.where}: point {name} occurs twice, first in line {known[name][0].line}")
+                again.append(name)
             known.setdefault(name, (line, False))
+        if again:
+            self.notes.append(f"{len(again)} points with a number that occurs before (smart points) were left out: "
+                              f"{', '.join(again[:8])}")
         for name, (line, is_control) in known.items():
             position = line.vector(1, POINT[1:4])
             if name in self.control:
@@ -163,14 +166,14 @@ class PhotoModelerReader:
         for line in self.block(MARK):
             image, name = line.integer(0, "picture", 0), line.text(1, "point")
             at, sigma = line.vector(2, MARK[2:4]), line.vector(4, MARK[4:])
-            if self.sigma_px is not None:
-                sigma = np.full(2, self.sigma_px)
             if image not in self.images or name not in self.points:
                 unknown += 1
                 continue
             if not (sigma > 0).all():
                 without_sigma += 1
                 continue
+            if self.sigma_px is not None:
+                sigma = np.full(2, self.sigma_px)
             first = seen.setdefault((image, name), line.line)
             if first != line.line:
                 raise ValueError(f"{line.where}: point {name} occurs twice in picture {image}, first in line {first}")
