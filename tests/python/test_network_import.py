@@ -486,6 +486,21 @@ def test_aicons_example_gives_the_values_of_its_report() -> None:
         assert np.sqrt(known.parameters(0)[k, k]) / units[name] == pytest.approx(sigma, rel=1e-3), name
 
 
+@pytest.mark.skipif(not (SHARED / "aicon").exists(), reason="needs the networks of other programs")
+def test_aicons_example_starts_from_its_images_alone(tmp_path: Path) -> None:
+    reference = import_network(SHARED / "aicon/example.phc").network
+    files = {name: content.decode().splitlines() for name, content in occ.network.network_files(reference).items()}
+    files["images.csv"] = [",".join(line.split(",")[:2]) for line in files["images.csv"]]
+    files["points.csv"] = [line.split(",")[0] for line in files["points.csv"]]
+    for name, lines in files.items():
+        (tmp_path / name).write_text("\n".join(lines) + "\n")
+    plain = {"robust": False, "snooping": False}
+    network, _ = occ.network.read_network(tmp_path / "network.yaml")  # 115 images, 150 points
+    started, expected = occ.network.adjust(network, **plain), occ.network.adjust(reference, **plain)
+    assert started.ok and started.redundancy == expected.redundancy
+    assert started.cost == pytest.approx(expected.cost, rel=1e-6)
+
+
 @pytest.mark.skipif(not (SHARED / "dbat").exists(), reason="needs the networks of other programs")
 def test_dbats_example_gives_the_values_of_its_reports() -> None:
     dbat = SHARED / "dbat"

@@ -9,6 +9,7 @@ from ...network.files import read_network_and_checks
 from ...network.importing import FORMATS, format_of, import_network
 from ...samples import find_network
 from .. import error_context
+from ..progress import progress
 from .calibrate_options import adjustment_options, finish
 
 
@@ -32,7 +33,7 @@ def command(
     1: not determined or not converged (the folder has the last state); 2: bad input.
     """
     notes: list[str] = []
-    with error_context(file):
+    with error_context(file), progress("reading", 1):
         if Path(file).exists() and format_of(file) in FORMATS:
             imported = import_network(file)
             network, given, checks, notes = imported.network, imported.datum, imported.check_points, imported.notes

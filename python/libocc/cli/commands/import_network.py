@@ -8,6 +8,7 @@ from ... import samples
 from ...network.importing import format_of, import_network
 from ...network.writing import network_files
 from .. import error_context, json_option, print_json
+from ..progress import progress
 
 
 def find_source(source: str) -> Path:
@@ -44,7 +45,7 @@ def command(source: str, control: str | None, sigma_px: float | None, out: str, 
     """
     from ..result_folder import ResultFolder
 
-    with error_context(source):
+    with error_context(source), progress("reading", 1):
         imported = import_network(find_source(source), control=control, sigma_px=sigma_px)
         files = network_files(imported.network, imported.datum)
     with error_context(out):
