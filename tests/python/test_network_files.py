@@ -10,7 +10,7 @@ from click.testing import CliRunner
 
 import libocc as occ
 from libocc.cli import main
-from libocc.network.files import network_files, read_network
+from libocc.network.files import network_files, read_network, read_network_and_checks
 from libocc.network.poses import pose_covariance
 from libocc.network.sections import POSE
 from libocc.network.tables import read_table
@@ -85,9 +85,11 @@ def test_every_element_goes_to_files_and_back(tmp_path: Path, rig: bool) -> None
         if not name.startswith("_") and isinstance(getattr(occ.network.Network, name), property)
     }, "a property is missing in this test"
     datum = occ.network.Datum(kind=occ.network.DatumKind.minimal, targets=[Target.point(1), Target.corner(0, 3)])
-    for name, content in network_files(network, datum).items():
+    checks = {"p 1": [0.25, 1 / 3, 2.0]}
+    for name, content in network_files(network, datum, checks).items():
         (tmp_path / name).write_bytes(content)
-    again, again_datum = read_network(tmp_path / "network.yaml")
+    again, again_datum, again_checks = read_network_and_checks(tmp_path / "network.yaml")
+    assert again_checks == checks
     for name in PROPERTIES:
         assert plain(getattr(again, name)) == plain(getattr(network, name)), name
     assert again_datum.kind is datum.kind and again_datum.targets == datum.targets

@@ -425,6 +425,34 @@ def test_kalibrs_cameras_are_mounts_of_a_rig(tmp_path: Path) -> None:
         assert complaint in str(raised.value)
 
 
+def test_a_target_of_kalibr_is_a_fixed_body(tmp_path: Path) -> None:
+    path, target = tmp_path / "camchain.yaml", tmp_path / "target.yaml"
+    path.write_text(KALIBR)
+    grid = "target_type: 'aprilgrid'\ntagCols: 6\ntagRows: 5\ntagSize: 0.088\ntagSpacing: 0.3\n"
+    target.write_text(grid)
+    n = import_network(path, target=target).network
+    assert n.body_names == ["target"] and n.bodies_fixed == [True]
+    corners = np.asarray(n.body_corners_m[0])
+    assert corners.shape == (120, 3)
+    tag = corners[4 * 7:4 * 8]  # second row, second column
+    assert np.allclose(tag[0], [0.088 * 1.3, 0.088 * 1.3, 0]) and np.allclose(tag[2] - tag[0], [0.088, 0.088, 0])
+    target.write_text(
+        "target_type: checkerboard\ntargetCols: 6\ntargetRows: 7\nrowSpacingMeters: 0.06\ncolSpacingMeters: 0.05\n")
+    corners = np.asarray(import_network(path, target=target).network.body_corners_m[0])
+    assert corners.shape == (42, 3) and np.allclose(corners[7], [0.05, 0.06, 0])
+    for old, new, complaint in (
+        ("'aprilgrid'", "circlegrid", "`target_type`: must be aprilgrid or checkerboard, got 'circlegrid'"),
+        ("tagCols: 6", "tagCols: 0", "`tagCols`: must be a whole number, 1 or more, got 0"),
+        ("tagSize: 0.088", "tagSize: -1", "`tagSize`: must be positive, got -1"),
+    ):
+        target.write_text(grid.replace(old, new))
+        with pytest.raises(ValueError) as raised:
+            import_network(path, target=target)
+        assert complaint in str(raised.value)
+    with pytest.raises(ValueError, match="target: must be omitted for the format aicon"):
+        import_network(write_aicon(tmp_path, aicon_files()), target=target)
+
+
 def test_the_command_writes_a_network_that_can_be_adjusted(tmp_path: Path) -> None:
     source = write_aicon(tmp_path, aicon_files())
     code, text, _ = run("import-network", source, "--out", tmp_path / "converted")

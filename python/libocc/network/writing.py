@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Networks as YAML files with tables; read_network() reads them again."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 import yaml
@@ -178,11 +178,14 @@ class Writer:
             self.lines.append(f"datum: {flow({'kind': datum.kind.name, 'targets': targets})}")
 
 
-def network_files(network: Network, datum: Datum | None = None) -> dict[str, bytes]:
+def network_files(
+    network: Network, datum: Datum | None = None, check_points: Mapping[str, Sequence[float]] | None = None
+) -> dict[str, bytes]:
     """Network file and tables for read_network(), which returns the same network and datum.
 
     Observations and distances that are not used are omitted. The corners of a body are written with its scale. The
     corners' numbers, names, fixed elements, rigs, control points and priors are kept.
+    check_points: known positions [m] by the point's name, which are not used in the adjustment.
     Raises: ValueError for elements of a kind with the same name, or without one.
     """
     writer = Writer(network)
@@ -194,5 +197,8 @@ def network_files(network: Network, datum: Datum | None = None) -> dict[str, byt
     writer.knowledge()
     if datum is not None:
         writer.datum(datum)
+    if check_points:
+        rows = [(name, *map(float, at)) for name, at in check_points.items()]
+        writer.table("check_points", ("name", *POSE[:3]), rows)
     writer.files["network.yaml"] = ("\n".join(writer.lines) + "\n").encode()
     return writer.files

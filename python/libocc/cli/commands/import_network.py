@@ -20,10 +20,13 @@ def find_source(source: str) -> Path:
 @click.command(short_help="Convert a network of another program.")
 @click.argument("source")
 @click.option("--control", metavar="FILE", help="Control points for PhotoModeler: DBAT's table of id, label, x, y, z.")
+@click.option("--target", metavar="FILE", help="Target for Kalibr: a grid of AprilTags or a chessboard.")
 @click.option("--sigma-px", type=float, metavar="PX", help="Sigma of all image points, in place of those of the files.")
 @click.option("--out", required=True, metavar="FOLDER", help="Folder for network.yaml and its tables.")
 @json_option
-def command(source: str, control: str | None, sigma_px: float | None, out: str, as_json: bool) -> None:
+def command(
+    source: str, control: str | None, target: str | None, sigma_px: float | None, out: str, as_json: bool
+) -> None:
     """\b
     $ libocc import-network kalibr/camchain.yaml --out imported
     kalibr: 2 cameras, 0 images, 0 points, 0 observations, 0 distances, 0 control
@@ -46,10 +49,11 @@ def command(source: str, control: str | None, sigma_px: float | None, out: str, 
     from ..result_folder import ResultFolder
 
     with error_context(source), progress("reading", 1):
-        imported = import_network(find_source(source), control=control, sigma_px=sigma_px)
+        imported = import_network(find_source(source), control=control, target=target, sigma_px=sigma_px)
         files = network_files(imported.network, imported.datum)
     with error_context(out):
-        settings = {"kind": "import-network", "source": source, "control": control, "sigma_px": sigma_px}
+        settings = {"kind": "import-network", "source": source, "control": control, "target": target,
+                    "sigma_px": sigma_px}
         folder = ResultFolder(out, settings)
         for name, content in files.items():
             folder.write(name, content)

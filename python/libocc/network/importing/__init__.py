@@ -37,13 +37,15 @@ def format_of(path: str | Path) -> str | None:
 
 
 def import_network(
-    path: str | Path, *, control: str | Path | None = None, sigma_px: float | None = None
+    path: str | Path, *, control: str | Path | None = None, target: str | Path | None = None,
+    sigma_px: float | None = None,
 ) -> Imported:
     """Reads a network of another program; the format follows from names and first lines.
 
     path: one of AICON's files, PhotoModeler's text export, DBAT's script, COLMAP's folder, BAL's problem, or
     Kalibr's camchain.yaml.
     control: control points for PhotoModeler's export (DBAT's table: id, label, x, y, z and sigmas).
+    target: file of a target for Kalibr's camchain.yaml; it becomes a fixed body.
     sigma_px: standard deviation of all image points, in place of those of the files.
     Raises: OSError; ValueError naming file, line, field and value.
     """
@@ -52,10 +54,11 @@ def import_network(
     if name is None:
         raise ValueError(f"{path}: is in none of the formats {', '.join(FORMATS)}")
     options: dict[str, object] = {}
-    if control is not None:
-        if name != "photomodeler":
-            raise ValueError(f"control: must be omitted for the format {name}, got {control}")
-        options["control"] = control
+    for key, value, wanted in (("control", control, "photomodeler"), ("target", target, "kalibr")):
+        if value is not None:
+            if name != wanted:
+                raise ValueError(f"{key}: must be omitted for the format {name}, got {value}")
+            options[key] = value
     if sigma_px is not None:
         if name == "kalibr":
             raise ValueError(f"sigma_px: must be omitted for the format {name}, got {sigma_px:g}")

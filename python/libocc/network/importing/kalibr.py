@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Cameras of Kalibr: camchain.yaml with the intrinsics of each camera and the transforms between neighbours.
+"""Cameras and targets of Kalibr.
 
-The cameras become mounts of a rig whose station is the first camera; such a network has no images yet. Format: Kalibr's
-wiki, "Yaml formats" and "Supported models" (github.com/ethz-asl/kalibr).
+camchain.yaml has the intrinsics of each camera and the transforms between neighbours: the cameras become mounts of a
+rig whose station is the first camera. A target file describes a grid of AprilTags or a chessboard, which becomes a
+fixed body. Such a network has no images yet. Format: Kalibr's wiki, "Yaml formats", "Supported models" and
+"Calibration targets" (github.com/ethz-asl/kalibr).
 """
 
 import re
@@ -10,12 +12,17 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..._core import Camera, Network
 from ...yaml_files import read_yaml
 from ..sections import Section
 from .fields import Imported
 
+TARGET_KEYS = (
+    "target_type", "tagCols", "tagRows", "tagSize", "tagSpacing", "targetCols", "targetRows", "rowSpacingMeters",
+    "colSpacingMeters", "codeOffset",
+)
 KEYS = (
     "camera_model", "intrinsics", "distortion_model", "distortion_coeffs", "resolution", "T_cn_cnm1", "T_cam_imu",
     "timeshift_cam_imu", "rostopic", "cam_overlaps",
@@ -65,7 +72,7 @@ def make_camera(section: Section) -> tuple[Camera, list[str]]:
         raise ValueError(f"{section.path}: key `{section.name}`: {error}") from None
 
 
-def transform(section: Section, key: str) -> np.ndarray:
+def transform(section: Section, key: str) -> NDArray[np.float64]:
     rule = "4 rows of 4 numbers: a rotation and a translation"
     try:
         matrix = np.asarray(section.data.get(key), dtype=float)
@@ -81,8 +88,41 @@ def transform(section: Section, key: str) -> np.ndarray:
     return matrix
 
 
-def read_kalibr(path: str | Path) -> Imported:
-    """Reads a camchain.yaml. Raises: OSError; ValueError naming file, key and value."""
+def count(section: Section, key: str) -> int:
+    value = section.number(key)
+    if value < 1 or value % 1:
+        raise section.fail(key, "a whole number, 1 or more")
+    return int(value)
+
+
+def target_corners(path: Path) -> NDArray[np.float64]:
+    """Corners (n, 3) [m] of a target, x along its columns and y along its rows, upwards.
+
+    A grid of AprilTags starts with the tag on the lower left, row by row; each tag has four corners in the order of
+    detect_april_tags(). A chessboard has its inner corners, row by row.
+    """
+    section = Section(path, "", read_yaml(path), TARGET_KEYS)
+    kind = section.text("target_type")
+    if kind == "aprilgrid":
+        side, gap = section.positive("tagSize"), section.positive("tagSpacing")
+        rows, columns = count(section, "tagRows"), count(section, "tagCols")
+        pitch = side * (1 + gap)  # the spacing is a part of the tag's side
+        corner = side * np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
+        return np.concatenate([
+            corner + [pitch * column, pitch * row, 0] for row in range(rows) for column in range(columns)
+        ])
+    if kind == "checkerboard":
+        across, up = section.positive("colSpacingMeters"), section.positive("rowSpacingMeters")
+        rows, columns = count(section, "targetRows"), count(section, "targetCols")
+        return np.array([[across * column, up * row, 0.0] for row in range(rows) for column in range(columns)])
+    raise section.fail("target_type", "aprilgrid or checkerboard")
+
+
+def read_kalibr(path: str | Path, *, target: str | Path | None = None) -> Imported:
+    """Reads a camchain.yaml, and the file of a target if it is given.
+
+    Raises: OSError; ValueError naming file, key and value.
+    """
     path = Path(path)
     data = read_yaml(path)
     names = camera_names(data)
@@ -101,6 +141,8 @@ def read_kalibr(path: str | Path) -> Imported:
         if len(names) > 1:
             network.add_mount(name, chain, fixed=k == 0)
         ignored |= {key for key in ("T_cam_imu", "timeshift_cam_imu") if section.has(key)}
+    if target is not None:
+        network.add_body("target", target_corners(Path(target)), np.eye(4), fixed=True)
     notes.append("the file has cameras and their mounts; add stations, images and observations")
     if ignored:
         notes.append(f"{', '.join(sorted(ignored))} were ignored: a network has no inertial sensor")
