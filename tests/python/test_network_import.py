@@ -1,96 +1,17 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Networks of other programs: the same network in each format, real networks with their reports, malformed files."""
+"""Networks of AICON, PhotoModeler and DBAT: simulated and real ones with their reports, and malformed files."""
 
-import bz2
-import json
-import struct
 from pathlib import Path
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
+from network_formats import FIELD, FOCAL, K1, P2, aicon_files, photomodeler_lines, write_aicon, write_dbat
 
 import libocc as occ
-from libocc.cli import main
-from libocc.network.importing import format_of, import_network
+from libocc.network.importing import import_network
 
 SHARED = Path(__file__).parents[3] / "shared/data/networks"
 Target = occ.network.Target
-
-
-def run(*arguments: object) -> tuple[int, str, str]:
-    result = CliRunner().invoke(main, [str(argument) for argument in arguments])
-    if result.exception and not isinstance(result.exception, SystemExit):
-        raise result.exception
-    return result.exit_code, result.stdout, result.stderr
-
-
-def rotation(omega: float, phi: float, kappa: float) -> np.ndarray:
-    def about(axis: int, angle: float) -> np.ndarray:
-        i, j = (axis + 1) % 3, (axis + 2) % 3
-        turn = np.eye(3)
-        turn[[i, j, i, j], [i, j, j, i]] = np.cos(angle), np.cos(angle), -np.sin(angle), np.sin(angle)
-        return turn
-    return np.asarray(about(0, omega) @ about(1, phi) @ about(2, kappa))
-
-
-class Field:
-    """Points and images with the axes of photogrammetry: x right, y up, z backwards."""
-
-    def __init__(self, images: int = 6, points: int = 25):
-        random = np.random.default_rng(4)
-        self.points = random.uniform(-0.5, 0.5, (points, 3))
-        self.angles = [random.uniform(-0.3, 0.3, 3) + [0, 0, 1.3 * k] for k in range(images)]
-        self.turns = [rotation(*angles) for angles in self.angles]
-        self.centres = [turn @ random.uniform([-0.2, -0.2, 2.2], [0.2, 0.2, 2.6]) for turn in self.turns]
-
-    def ideal(self, image: int) -> np.ndarray:
-        """x / -z and y / -z of all points."""
-        seen = (self.points - self.centres[image]) @ self.turns[image]
-        return np.asarray(seen[:, :2] / -seen[:, 2:])
-
-
-FIELD = Field()
-CK, R0, A1, A2, B1, B2, C1, C2 = 28.8, 12.0, -1.1e-4, 1.5e-7, 6e-6, -9e-6, -7e-5, 3e-5
-
-
-def brown(x: np.ndarray, y: np.ndarray, a: tuple[float, ...], r0: float, b: tuple[float, ...], c: tuple[float, ...]
-          ) -> tuple[np.ndarray, np.ndarray]:
-    t = x * x + y * y
-    g = a[0] * (t - r0**2) + a[1] * (t**2 - r0**4)
-    return (x + x * g + b[0] * (t + 2 * x * x) + 2 * b[1] * x * y + c[0] * x + c[1] * y,
-            y + y * g + b[1] * (t + 2 * y * y) + 2 * b[0] * x * y)
-
-
-def aicon_files() -> dict[str, list[str]]:
-    files: dict[str, list[str]] = {"ior": [
-        f"1 -999 {-CK} 0.02 0.05 {A1} {A2} {R0}", "0.0", f"{B1} {B2}", f"{C1} {C2}", "36.0 24.0 7200 4800",
-    ]}
-    files["obc"] = [
-        f"{100 + k} {' '.join(repr(float(1000 * v)) for v in at)} 0.01 0.01 0.01 6 1 1 0"
-        for k, at in enumerate(FIELD.points)
-    ] + ["999 0 0 0 0 0 0 0 0 1 0"]
-    files["eor"] = [
-        f"{k + 1} 1 {' '.join(repr(float(1000 * v)) for v in FIELD.centres[k])} "
-        f"{' '.join(repr(float(v)) for v in FIELD.angles[k])} 0 307 3" for k in range(len(FIELD.centres))
-    ]
-    files["phc"] = []
-    for k in range(len(FIELD.centres)):
-        x, y = brown(*(CK * FIELD.ideal(k)).T, (A1, A2), R0, (B1, B2), (C1, C2))
-        files["phc"] += [
-            f"{k + 1} {100 + p} {float(x[p] + 0.02)!r} {float(y[p] + 0.05)!r} 0.0005 0.001 0 0 1 1 1"
-            for p in range(len(x))
-        ]
-    files["phc"].append("1 100 0 0 0.0005 0.0005 0 0 1 0 1")  # not active
-    length = float(1000 * np.linalg.norm(FIELD.points[3] - FIELD.points[8]))
-    files["scale"] = [f'0 "Scale bar 1" 103 108 {length!r} 0.01 1']
-    return files
-
-
-def write_aicon(folder: Path, files: dict[str, list[str]]) -> Path:
-    for suffix, lines in files.items():
-        (folder / f"job.{suffix}").write_text("\n".join(lines) + "\n")
-    return folder / "job.phc"
 
 
 def test_aicons_network_is_read_without_residuals(tmp_path: Path) -> None:
@@ -161,32 +82,6 @@ def test_a_missing_file_of_aicon_is_named(tmp_path: Path) -> None:
         import_network(path)
 
 
-K1, K2, P1, P2, FOCAL = 4.6e-3, -4.5e-5, -6e-5, -4e-5, 7.46
-
-
-def photomodeler_lines() -> list[str]:
-    inner = f"{FOCAL} 3.6 2.6 7.2 5.4 {K1} {K2} 0 {P1} {P2}"
-    sigmas = " ".join(["0"] * 10)
-    lines = ["Bundle Soln PhotoModeler Project", " 0.0005 20 2400 1800", "1 1 1 1 1 1 1 1 1", inner, sigmas]
-    marks = []
-    for k, centre in enumerate(FIELD.centres):
-        omega, phi, kappa = np.degrees(FIELD.angles[k])
-        place = " ".join(repr(float(v)) for v in (*centre, kappa, phi, omega))
-        lines += [f"  {k} C:\\my pictures\\im{k}.jpg", f"{k} {place}", f"{k} 0 0 0 0 0 0", ""]
-        lines += [f"{k} {inner}", f"{k} {sigmas}"]
-        # measured coordinates: fixed-point iteration of ideal = measured + correction(measured)
-        ideal = FOCAL * FIELD.ideal(k).T
-        at = ideal.copy()
-        for _ in range(200):
-            corrected = brown(*at, (K1, K2), 0, (P1, P2), (0, 0))
-            at += ideal - np.array(corrected)
-        px = (at[0] + 3.6) * 2400 / 7.2, (2.6 - at[1]) * 1800 / 5.4
-        marks += [f"{k} {p + 1} {float(px[0][p])!r} {float(px[1][p])!r} 0.1 0.2" for p in range(len(FIELD.points))]
-    lines += ["", "1 " + " ".join(repr(float(v)) for v in FIELD.points[0]) + " 0.001 0.002 0.003", ""]
-    lines += [f"{p + 1} {' '.join(repr(float(v)) for v in at)} 0.1 0.1 0.1" for p, at in enumerate(FIELD.points)]
-    return [*lines, "", *marks, "", "1 1 1", ""]
-
-
 def test_photomodelers_network_is_read_without_residuals(tmp_path: Path) -> None:
     path = tmp_path / "export.txt"
     path.write_text("\n".join(photomodeler_lines()))
@@ -234,251 +129,42 @@ def test_a_malformed_file_of_photomodeler_is_named(tmp_path: Path, line: int, te
     assert complaint in str(raised.value)
 
 
-def bal_text(focal: float = 500.0) -> str:
-    k1, k2 = -0.1, 0.02
-    cameras, seen = [], []
-    for k, (turn, centre) in enumerate(zip(FIELD.turns, FIELD.centres)):
-        angle = np.arccos((np.trace(turn) - 1) / 2)
-        world_from_cam = angle / (2 * np.sin(angle)) * np.array([
-            turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1],
-        ])
-        cameras += [*(-world_from_cam), *(-turn.T @ centre), focal, k1, k2]
-        p = FIELD.ideal(k)
-        t = np.sum(p**2, axis=1, keepdims=True)
-        px = focal * p * (1 + k1 * t + k2 * t**2)
-        seen += [f"{k} {j} {float(x)!r} {float(y)!r}" for j, (x, y) in enumerate(px)]
-    numbers = [*cameras, *FIELD.points.ravel()]
-    return "\n".join([f"{len(FIELD.turns)} {len(FIELD.points)} {len(seen)}", *seen, *(repr(float(v)) for v in numbers)])
+def test_a_script_of_dbat_starts_from_its_control_points(tmp_path: Path) -> None:
+    found = import_network(write_dbat(tmp_path))
+    assert len(found.network.image_names) == 6 and len(found.network.observations) == 150
+    assert [k for k, fixed in enumerate(found.network.points_fixed) if fixed] == [0, 1]
+    assert len(found.network.control) == 4 and found.datum.kind is occ.network.DatumKind.control
+    adjusted = occ.network.adjust(found.network, datum=found.datum, robust=False, snooping=False)
+    assert adjusted.ok and adjusted.sigma0 < 1e-6
+    camera = adjusted.network.cameras[0]
+    assert camera.fy_px / (1800 / 5.4) == pytest.approx(FOCAL, rel=1e-6)
+    assert camera.distortion[0] == pytest.approx(K1, rel=1e-4) and camera.distortion[4] == pytest.approx(-P2, rel=1e-2)
+    assert np.allclose(np.asarray(adjusted.network.points_m), FIELD.points, atol=1e-6)
 
 
-def test_a_problem_of_bal_is_read_without_residuals(tmp_path: Path) -> None:
-    (tmp_path / "problem.txt.bz2").write_bytes(bz2.compress(bal_text().encode()))
-    found = import_network(tmp_path / "problem.txt.bz2")
-    residuals = np.asarray(occ.network.image_residuals_px(found.network))
-    assert residuals.shape == (150, 2) and np.abs(residuals).max() < 1e-8
-    assert found.network.free_parameters[0] == ["f_px", "k1", "k2"] and len(found.network.cameras) == 6
-
-
-@pytest.mark.parametrize(("old", "new", "complaint"), [
-    ("6 25 150", "6 25 151", "must be a whole number"),
-    ("0 1 ", "0 99 ", "problem.txt:3: field `point`: must be a whole number from 0 to 24, got 99"),
-    ("0 1 ", "0 0 ", "problem.txt:3: point 0 occurs twice in image 0, first in line 2"),
-    ("500.0", "-500.0", "field `f` of camera 0: must be positive, got -500"),
-    ("500.0", "x", "field `f`: must be a finite number, got 'x'"),
+@pytest.mark.parametrize(("file", "old", "new", "complaint"), [
+    ("job.xml", "</input>", "<input>", "job.xml:12: is not valid XML"),
+    ("job.xml", "<focal>7.5", "<focal>x", "job.xml: element `focal`: must be 1 numbers, got 'x'"),
+    ("job.xml", "<model>3", "<model>1", "job.xml: element `model`: must be 2 or 3 (backward), got 1"),
+    ("job.xml", "<nK>2", "<nK>4", "job.xml: elements `nK` and `nP`: must be 0 to 3, and 0 or 2, got 4 and 2"),
+    ("job.xml", "im,id,x,y,sxy", "im,id,x,sxy,q", "field 'q' is unknown; allowed: im, id, x, y"),
+    ("job.xml", "im,id,x,y,sxy", "im,id,x,sx,sy", "has no field 'y'"),
+    ("job.xml", "marks.txt", "absent.txt", "absent.txt"),
+    ("job.xml", "auto,5.4", "auto", "job.xml: element `sensor`: must have a positive height, got ['auto']"),
+    ("measured/marks.txt", "0, 2, ", "0, 2, a", "marks.txt:2: field `x`: must be a finite number, got 'a"),
+    ("measured/marks.txt", "0, 2, ", "0, 1, ", "marks.txt:2: point 1 occurs twice in image 0, first in line 1"),
+    ("measured/marks.txt", ", 0.1\n", "\n", "marks.txt:1: must have 5 fields (im, id, x, y, sxy), got 4"),
+    ("measured/control.txt", ", 0.001\n", ", -1\n", "control.txt:4: field `sxyz`: must be zero or positive"),
+    ("measured/control.txt", "3, P3", "2, P3", "control.txt:4: control point 2 occurs twice"),
 ])
-def test_a_malformed_problem_of_bal_is_named(tmp_path: Path, old: str, new: str, complaint: str) -> None:
-    (tmp_path / "problem.txt").write_text(bal_text().replace(old, new, 1))
-    with pytest.raises(ValueError) as raised:
-        import_network(tmp_path / "problem.txt")
+def test_a_malformed_script_of_dbat_is_named(tmp_path: Path, file: str, old: str, new: str, complaint: str) -> None:
+    script = write_dbat(tmp_path)
+    text = (tmp_path / file).read_text()
+    assert old in text
+    (tmp_path / file).write_text(text.replace(old, new, 1))
+    with pytest.raises((ValueError, FileNotFoundError)) as raised:
+        import_network(script)
     assert complaint in str(raised.value)
-    (tmp_path / "problem.txt").write_text("\n".join(bal_text().splitlines()[:-2]))
-    with pytest.raises(ValueError, match="the file ends after 24 of 25 groups of x, y, z"):
-        import_network(tmp_path / "problem.txt")
-
-
-def colmap_model() -> tuple[list[tuple[int, str, list[float]]], list[tuple[list[float], int, np.ndarray]]]:
-    """Cameras (number, name, parameters) and images (pose, camera, pixels)."""
-    cameras = [
-        (2, "SIMPLE_RADIAL", [500.0, 320.0, 240.0, -0.1]),
-        (4, "OPENCV", [500.0, 510.0, 321.0, 239.0, -0.1, 0.02, 1e-3, -1e-3]),
-        (5, "OPENCV_FISHEYE", [400.0, 401.0, 320.0, 240.0, 0.01, -0.02, 0.003, 0.0]),
-    ]
-    images = []
-    for k, (turn, centre) in enumerate(zip(FIELD.turns, FIELD.centres)):
-        cam_from_world = np.diag([1.0, -1, -1]) @ turn.T
-        model = cameras[k % 3]
-        x, y = FIELD.ideal(k).T * np.array([[1], [-1]])
-        values = model[2]
-        if model[1] == "SIMPLE_RADIAL":
-            factor = 1 + values[3] * (x * x + y * y)
-            px = np.array([values[0] * factor * x + values[1], values[0] * factor * y + values[2]])
-        elif model[1] == "OPENCV":
-            k1, k2, p1, p2 = values[4:]
-            t = x * x + y * y
-            factor = 1 + k1 * t + k2 * t * t
-            px = np.array([values[0] * (factor * x + 2 * p1 * x * y + p2 * (t + 2 * x * x)) + values[2],
-                           values[1] * (factor * y + 2 * p2 * x * y + p1 * (t + 2 * y * y)) + values[3]])
-        else:
-            r = np.hypot(x, y)
-            a = np.arctan(r)
-            scale = a * (1 + values[4] * a**2 + values[5] * a**4 + values[6] * a**6) / r
-            px = np.array([values[0] * scale * x + values[2], values[1] * scale * y + values[3]])
-        w = np.sqrt(max(0.0, 1 + np.trace(cam_from_world))) / 2
-        quaternion = [w, *(np.array([
-            cam_from_world[2, 1] - cam_from_world[1, 2], cam_from_world[0, 2] - cam_from_world[2, 0],
-            cam_from_world[1, 0] - cam_from_world[0, 1]]) / (4 * w))]
-        images.append(([*map(float, quaternion), *map(float, -cam_from_world @ centre)], k % 3 + 1, px.T))
-    return cameras, images
-
-
-def write_colmap(folder: Path, binary: bool) -> None:
-    cameras, images = colmap_model()
-    count = len(FIELD.points)
-    if not binary:
-        (folder / "cameras.txt").write_text("# cameras\n" + "".join(
-            f"{k + 1} {name} 640 480 {' '.join(map(repr, values))}\n" for k, (_, name, values) in enumerate(cameras)))
-        (folder / "images.txt").write_text("# images\n" + "".join(
-            f"{k + 1} {' '.join(map(repr, at))} {camera} im {k}.png\n"
-            + " ".join(f"{float(x)!r} {float(y)!r} {p + 10}" for p, (x, y) in enumerate(px)) + " 1 2 -1\n"
-            for k, (at, camera, px) in enumerate(images)))
-        (folder / "points3D.txt").write_text("".join(
-            f"{p + 10} {' '.join(repr(float(v)) for v in at)} 0 0 0 0.5 1 0\n" for p, at in enumerate(FIELD.points)))
-        return
-    (folder / "cameras.bin").write_bytes(struct.pack("<Q", len(cameras)) + b"".join(
-        struct.pack(f"<iiQQ{len(values)}d", k + 1, number, 640, 480, *values)
-        for k, (number, _, values) in enumerate(cameras)))
-    (folder / "images.bin").write_bytes(struct.pack("<Q", len(images)) + b"".join(
-        struct.pack("<i7di", k + 1, *at, camera) + f"im {k}.png".encode() + b"\0" + struct.pack("<Q", count + 1)
-        + b"".join(struct.pack("<ddq", x, y, p + 10) for p, (x, y) in enumerate(px)) + struct.pack("<ddq", 1, 2, -1)
-        for k, (at, camera, px) in enumerate(images)))
-    (folder / "points3D.bin").write_bytes(struct.pack("<Q", count) + b"".join(
-        struct.pack("<Q3d3BdQii", p + 10, *at, 0, 0, 0, 0.5, 1, 1, 0) for p, at in enumerate(FIELD.points)))
-
-
-@pytest.mark.parametrize("binary", [False, True])
-def test_a_model_of_colmap_is_read_without_residuals(tmp_path: Path, binary: bool) -> None:
-    write_colmap(tmp_path, binary)
-    found = import_network(tmp_path)
-    residuals = np.asarray(occ.network.image_residuals_px(found.network))
-    assert residuals.shape == (150, 2) and np.abs(residuals).max() < 1e-8
-    assert found.network.free_parameters == [
-        ["f_px", "k1"], ["fx_px", "fy_px", "k1", "k2", "p1", "p2"], ["fx_px", "fy_px", "k1", "k2", "k3", "k4"],
-    ]
-    assert found.network.image_names[2] == "im 2.png" and found.network.point_names[0] == "10"
-
-
-def test_a_malformed_model_of_colmap_is_named(tmp_path: Path) -> None:
-    write_colmap(tmp_path, False)
-    cameras = (tmp_path / "cameras.txt").read_text()
-    for old, new, complaint in (
-        ("OPENCV_FISHEYE", "FOV", "cameras.txt:4: field `model`: must be one of SIMPLE_PINHOLE"),
-        (" -0.1\n", "\n", "cameras.txt:2: field `parameters`: must be 4 (f, cx, cy, k1), got 3"),
-        ("640", "x", "cameras.txt:2: field `width`: must be a whole number, got 'x'"),
-    ):
-        (tmp_path / "cameras.txt").write_text(cameras.replace(old, new, 1))
-        with pytest.raises(ValueError) as raised:
-            import_network(tmp_path)
-        assert complaint in str(raised.value)
-    write_colmap(tmp_path, True)
-    content = (tmp_path / "images.bin").read_bytes()
-    for size in (4, 30, 70, len(content) - 3):
-        (tmp_path / "images.bin").write_bytes(content[:size])
-        with pytest.raises(ValueError, match=r"images\.bin: byte \d+: the (file|name)"):
-            import_network(tmp_path)
-    (tmp_path / "points3D.bin").unlink()
-    with pytest.raises(ValueError, match=r"has no points3D\.bin"):
-        import_network(tmp_path)
-
-
-KALIBR = """cam0:
-  camera_model: pinhole
-  distortion_model: radtan
-  distortion_coeffs: [-0.28, 0.07, 0.0002, 1.7e-05]
-  intrinsics: [458.6, 457.3, 367.2, 248.4]
-  resolution: [752, 480]
-  rostopic: /cam0/image_raw
-cam1:
-  T_cn_cnm1:
-  - [0.9999, -0.0023, 0.0003, -0.11007]
-  - [0.0023, 0.9999, -0.0141, 0.0004]
-  - [-0.0003, 0.0141, 0.9999, -0.0008]
-  - [0.0, 0.0, 0.0, 1.0]
-  camera_model: pinhole
-  distortion_model: equidistant
-  distortion_coeffs: [0.01, -0.02, 0.003, 0.0]
-  intrinsics: [457.6, 456.1, 379.9, 255.2]
-  resolution: [752, 480]
-  timeshift_cam_imu: 0.01
-cam2:
-  T_cn_cnm1:
-  - [1.0, 0.0, 0.0, 0.2]
-  - [0.0, 1.0, 0.0, 0.0]
-  - [0.0, 0.0, 1.0, 0.0]
-  - [0.0, 0.0, 0.0, 1.0]
-  camera_model: ds
-  distortion_coeffs: []
-  distortion_model: none
-  intrinsics: [-0.2, 0.6, 300.0, 301.0, 375.0, 239.0]
-  resolution: [752, 480]
-"""
-
-
-def test_kalibrs_cameras_are_mounts_of_a_rig(tmp_path: Path) -> None:
-    path = tmp_path / "camchain.yaml"
-    path.write_text(KALIBR)
-    found = import_network(path)
-    n = found.network
-    assert [camera.kind.name for camera in n.cameras] == ["pinhole", "fisheye", "double_sphere"]
-    assert n.cameras[0].fx_px == 458.6 and n.cameras[2].parameters[4].value == -0.2
-    assert n.mounts_fixed == [True, False, False] and n.mount_names == ["cam0", "cam1", "cam2"]
-    assert np.allclose(n.mount_poses[2][:3, 3], [-0.11007 + 0.2, 0.0004, -0.0008])
-    assert any("timeshift_cam_imu" in note for note in found.notes)
-    for old, new, complaint in (
-        ("resolution: [752, 480]", "resolution: [752]", "`cam0.resolution`: must be a list of 2 numbers"),
-        ("radtan", "fov", "`cam0.distortion_model`: must be radtan, equidistant or none, got 'fov'"),
-        ("[0.0, 0.0, 0.0, 1.0]", "[0.0, 0.0, 0.1, 1.0]", "`cam1.T_cn_cnm1`: must be 4 rows of 4 numbers"),
-        ("458.6,", "-458.6,", "cam0`: fx_px must be positive"),
-    ):
-        path.write_text(KALIBR.replace(old, new, 1))
-        with pytest.raises(ValueError) as raised:
-            import_network(path)
-        assert complaint in str(raised.value)
-
-
-def test_a_target_of_kalibr_is_a_fixed_body(tmp_path: Path) -> None:
-    path, target = tmp_path / "camchain.yaml", tmp_path / "target.yaml"
-    path.write_text(KALIBR)
-    grid = "target_type: 'aprilgrid'\ntagCols: 6\ntagRows: 5\ntagSize: 0.088\ntagSpacing: 0.3\n"
-    target.write_text(grid)
-    n = import_network(path, target=target).network
-    assert n.body_names == ["target"] and n.bodies_fixed == [True]
-    corners = np.asarray(n.body_corners_m[0])
-    assert corners.shape == (120, 3)
-    tag = corners[4 * 7:4 * 8]  # second row, second column
-    assert np.allclose(tag[0], [0.088 * 1.3, 0.088 * 1.3, 0]) and np.allclose(tag[2] - tag[0], [0.088, 0.088, 0])
-    target.write_text(
-        "target_type: checkerboard\ntargetCols: 6\ntargetRows: 7\nrowSpacingMeters: 0.06\ncolSpacingMeters: 0.05\n")
-    corners = np.asarray(import_network(path, target=target).network.body_corners_m[0])
-    assert corners.shape == (42, 3) and np.allclose(corners[7], [0.05, 0.06, 0])
-    for old, new, complaint in (
-        ("'aprilgrid'", "circlegrid", "`target_type`: must be aprilgrid or checkerboard, got 'circlegrid'"),
-        ("tagCols: 6", "tagCols: 0", "`tagCols`: must be a whole number, 1 or more, got 0"),
-        ("tagSize: 0.088", "tagSize: -1", "`tagSize`: must be positive, got -1"),
-    ):
-        target.write_text(grid.replace(old, new))
-        with pytest.raises(ValueError) as raised:
-            import_network(path, target=target)
-        assert complaint in str(raised.value)
-    with pytest.raises(ValueError, match="target: must be omitted for the format aicon"):
-        import_network(write_aicon(tmp_path, aicon_files()), target=target)
-
-
-def test_the_command_writes_a_network_that_can_be_adjusted(tmp_path: Path) -> None:
-    source = write_aicon(tmp_path, aicon_files())
-    code, text, _ = run("import-network", source, "--out", tmp_path / "converted")
-    assert code == 0 and text.startswith("aicon: 1 cameras, 6 images, 25 points, 150 observations, 1 distances")
-    assert "note: AICON's files do not state" in text
-    adjust = ("--no-robust", "--json", "--out")
-    code, converted, _ = run("calibrate", "network", tmp_path / "converted/network.yaml", *adjust, tmp_path / "a")
-    assert code == 0
-    code, direct, _ = run("calibrate", "network", source, *adjust, tmp_path / "b")
-    assert code == 0
-    first, second = json.loads(converted), json.loads(direct)
-    assert first["datum_defect"] == 6 and first["redundancy"] == second["redundancy"] == 301 - 7 - 36 - 75 + 6
-    assert any("AICON's files" in warning for warning in second["warnings"])
-    camera = occ.read_camera(tmp_path / "b/camera 1.yaml")
-    sigmas = np.sqrt(np.diag(camera.parameter_covariance))
-    assert camera.kind is occ.CameraKind.brown_forward and sigmas[0] > 0 and sigmas[1] == pytest.approx(sigmas[0])
-
-
-def test_other_sources_are_refused(tmp_path: Path) -> None:
-    (tmp_path / "notes.txt").write_text("nothing\n")
-    code, _, err = run("import-network", tmp_path / "notes.txt", "--out", tmp_path / "out")
-    assert code == 2 and "is in none of the formats aicon, colmap, kalibr, dbat, photomodeler, bal" in err
-    assert format_of(Path(__file__).parents[2] / "data/calibration/panorama/network.yaml") is None
-    path = write_aicon(tmp_path, aicon_files())
-    with pytest.raises(ValueError, match="control: must be omitted for the format aicon"):
-        import_network(path, control="x")
 
 
 # Values and standard deviations of AICON's report of its example.
