@@ -26,6 +26,8 @@ PAIRS = 15  # of images that are tried, those with the most common targets
 # Monomials of x, y, z and 1 as indices 0 to 3: ten of the third degree, then the basis x^2 xy xz y^2 yz z^2 x y z 1.
 MONOMIALS = sorted(combinations_with_replacement(range(4), 3), key=lambda m: (m.count(3), m))
 
+LEVI_CIVITA = np.array([[[(i - j) * (j - k) * (k - i) / 2 for k in range(3)] for j in range(3)] for i in range(3)])
+
 
 def five_point(a: Array, b: Array) -> list[Array]:
     """Essential matrices with b^T E a = 0 of five pairs of bearings, (5, 3) each; up to ten."""
@@ -42,6 +44,8 @@ def five_point(a: Array, b: Array) -> list[Array]:
         reduced = np.linalg.solve(equations[:, :10], equations[:, 10:])
     except np.linalg.LinAlgError:
         return []
+    if not np.isfinite(reduced).all():
+        return []
     action = np.zeros((10, 10))
     action[:6] = -reduced[:6]  # x times x^2 xy xz y^2 yz z^2
     action[[6, 7, 8, 9], [0, 1, 2, 6]] = 1
@@ -55,11 +59,6 @@ def five_point(a: Array, b: Array) -> list[Array]:
         matrix = x * basis[0] + y * basis[1] + z * basis[2] + basis[3]
         found.append(matrix / np.linalg.norm(matrix))
     return found
-
-
-LEVI_CIVITA = np.zeros((3, 3, 3))
-for _order in permutations(range(3)):
-    LEVI_CIVITA[_order] = np.linalg.det(np.eye(3)[list(_order)])
 
 
 def epipolar_errors(essential: Array, a: Array, b: Array) -> Array:
