@@ -5,7 +5,9 @@
 #include <stdexcept>
 #include <utility>
 
+#include "libocc/camera/brown.hpp"
 #include "libocc/camera/double_sphere.hpp"
+#include "libocc/camera/equirectangular.hpp"
 #include "libocc/camera/fisheye.hpp"
 #include "libocc/camera/internal/line_model.hpp"
 #include "libocc/camera/pinhole.hpp"
@@ -35,7 +37,29 @@ Camera Camera::double_sphere(int width, int height, double fx_px, double fy_px, 
   return Camera(std::make_shared<DoubleSphereModel>(width, height, matrix, xi, alpha));
 }
 
-// Columns are counted from the left edge of the first pixel, -0.5.
+Camera Camera::brown_forward(int width, int height, double fx_px, double fy_px, double cx_px,
+                             double cy_px, const std::vector<double>& distortion, double unit_px,
+                             double r0, double skew_px) {
+  const CameraMatrix matrix{fx_px, fy_px, cx_px, cy_px, skew_px};
+  return Camera(std::make_shared<BrownModel>(CameraKind::brown_forward, width, height, matrix,
+                                             distortion, unit_px, r0));
+}
+
+Camera Camera::brown_backward(int width, int height, double fx_px, double fy_px, double cx_px,
+                              double cy_px, const std::vector<double>& distortion, double unit_px,
+                              double r0, double skew_px) {
+  const CameraMatrix matrix{fx_px, fy_px, cx_px, cy_px, skew_px};
+  return Camera(std::make_shared<BrownModel>(CameraKind::brown_backward, width, height, matrix,
+                                             distortion, unit_px, r0));
+}
+
+// Columns of panoramas are counted from the left edge of the first pixel, -0.5.
+Camera Camera::equirectangular(int width, int height, double angle_per_px_rad, double fy_px,
+                               double cx_px, double cy_px) {
+  return Camera(std::make_shared<EquirectangularModel>(width, height, angle_per_px_rad, fy_px,
+                                                       cx_px, cy_px, -0.5));
+}
+
 Camera Camera::rotating_line(const RotatingLine& line) {
   return Camera(std::make_shared<LineModel>(line, -0.5));
 }

@@ -5,6 +5,8 @@
 //   pinhole with OpenCV's lens distortion              libocc/camera/pinhole.hpp
 //   fisheye (Kannala, Brandt)                          libocc/camera/fisheye.hpp
 //   double sphere (Usenko, Demmel, Cremers)            libocc/camera/double_sphere.hpp
+//   pinhole with Brown's distortion, two forms         libocc/camera/brown.hpp
+//   equirectangular panorama                           libocc/camera/equirectangular.hpp
 //   rotating line, exact and in its first-order form   libocc/camera/rotating_line.hpp
 //
 // Frames: x right, y down, z forward (of a rotating line: z down along its axis). Pixel (0, 0) is
@@ -39,7 +41,8 @@ class LIBOCC_API Camera {
 
   /// The factories throw std::invalid_argument naming the argument. Sizes and focal lengths must be
   /// positive, every number finite; pinhole: 0, 4, 5, 8, 12 or 14 distortion coefficients, tilts
-  /// within pi/2; fisheye: at most 4 coefficients; double sphere: xi in (-1, 1], alpha in [0, 1].
+  /// within pi/2; fisheye: at most 4 coefficients; double sphere: xi in (-1, 1], alpha in [0, 1];
+  /// brown: 0 or 7 coefficients, unit_px > 0, r0 >= 0.
   static Camera pinhole(int width, int height, double fx_px, double fy_px, double cx_px,
                         double cy_px, const std::vector<double>& distortion = {},
                         double skew_px = 0);
@@ -50,6 +53,18 @@ class LIBOCC_API Camera {
   /// Double sphere model; see double_sphere.hpp.
   static Camera double_sphere(int width, int height, double fx_px, double fy_px, double cx_px,
                               double cy_px, double xi, double alpha);
+  /// Pinhole with Brown's distortion a1 a2 a3 b1 b2 c1 c2 as a function of ideal coordinates in
+  /// units of unit_px pixels; see brown.hpp.
+  static Camera brown_forward(int width, int height, double fx_px, double fy_px, double cx_px,
+                              double cy_px, const std::vector<double>& distortion, double unit_px,
+                              double r0 = 0, double skew_px = 0);
+  /// brown_forward() with the distortion as a function of measured coordinates.
+  static Camera brown_backward(int width, int height, double fx_px, double fy_px, double cx_px,
+                               double cy_px, const std::vector<double>& distortion, double unit_px,
+                               double r0 = 0, double skew_px = 0);
+  /// Full panorama; fy_px: pixels per radian of latitude. See equirectangular.hpp.
+  static Camera equirectangular(int width, int height, double angle_per_px_rad, double fy_px,
+                                double cx_px, double cy_px);
   /// Rotating line camera, exact form; see rotating_line.hpp.
   static Camera rotating_line(const RotatingLine& line);
   /// The first-order form, for comparison: see rotating_line.hpp.
@@ -70,7 +85,7 @@ class LIBOCC_API Camera {
   bool is_central() const { return model_->is_central(); }
   int width() const { return model_->width(); }    ///< [px]
   int height() const { return model_->height(); }  ///< [px]
-  /// Focal lengths; of a rotating line: pixels per radian at the horizon, along and across.
+  /// Focal lengths; of a panorama: pixels per radian at the horizon, along and across.
   double fx_px() const { return model_->matrix().fx; }
   /// Focal length along the columns; of a rotating line: pixels per radian across.
   double fy_px() const { return model_->matrix().fy; }
@@ -93,6 +108,8 @@ class LIBOCC_API Camera {
 
   /// All parameters, in the order of `with_parameters` and of `d_parameters`.
   std::vector<CameraParameter> parameters() const { return model_->parameters(); }
+  /// Numbers of the model that adjustments never change, such as unit_px and r0 of Brown's.
+  std::vector<CameraParameter> constants() const { return model_->constants(); }
   /// This camera with other values; throws std::invalid_argument as the factories do.
   Camera with_parameters(const Eigen::VectorXd& values) const;
 
@@ -140,7 +157,7 @@ class LIBOCC_API Camera {
   std::optional<Ray> ray(const Eigen::Vector2d& pixel) const;
 
   /// Number of columns after which the image repeats itself: 2 pi over the angle per column of a
-  /// rotating line, infinite otherwise.
+  /// panorama (rotating line, equirectangular), infinite otherwise.
   double period_px() const { return model_->period_px(); }
 
   /// to - from, the shorter way around if the image repeats itself.

@@ -35,6 +35,14 @@ int index_of(const Camera& camera, const std::string& name) {
 
 /// The camera with so many distortion coefficients that it has the parameter, if its model can.
 Camera with_parameter(const Camera& camera, const std::string& name) {
+  const bool is_forward = camera.kind() == CameraKind::brown_forward;
+  if ((is_forward || camera.kind() == CameraKind::brown_backward) && camera.distortion().empty()) {
+    const auto make = is_forward ? &Camera::brown_forward : &Camera::brown_backward;
+    const std::vector<CameraParameter> constants = camera.constants();
+    return make(camera.width(), camera.height(), camera.fx_px(), camera.fy_px(), camera.cx_px(),
+                camera.cy_px(), std::vector<double>(7), constants[0].value, constants[1].value,
+                camera.skew_px());
+  }
   const bool is_lens = camera.is_pinhole() || camera.kind() == CameraKind::fisheye;
   if (!is_lens) return camera;
   for (const std::size_t count : coefficient_counts) {

@@ -29,6 +29,12 @@ const char* name_of(CameraKind kind) {
       return "fisheye";
     case CameraKind::double_sphere:
       return "double_sphere";
+    case CameraKind::brown_forward:
+      return "brown_forward";
+    case CameraKind::brown_backward:
+      return "brown_backward";
+    case CameraKind::equirectangular:
+      return "equirectangular";
     case CameraKind::rotating_line:
       return "rotating_line";
     case CameraKind::rotating_line_first_order:

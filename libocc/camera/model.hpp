@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The interface of a camera model. Each model has a header of its own with equation, domain and
-// source: pinhole.hpp, fisheye.hpp, double_sphere.hpp, rotating_line.hpp. `Camera` (camera.hpp)
-// holds one model of any kind and documents the functions.
+// source: pinhole.hpp, brown.hpp, fisheye.hpp, double_sphere.hpp, equirectangular.hpp,
+// rotating_line.hpp. `Camera` (camera.hpp) holds one model of any kind and documents the functions.
 //
 // A new model needs: an enumerator of CameraKind and its name (model.cpp); a class derived from
 // CameraModel with the functions that are pure virtual here; a factory in Camera; its keys in
@@ -31,6 +31,9 @@ enum class CameraKind {
   double_sphere,              ///< Usenko, Demmel and Cremers
   rotating_line,              ///< turntable with a linear array, exact form
   rotating_line_first_order,  ///< additive approximation, for comparison
+  brown_forward,              ///< Brown's distortion as a function of ideal coordinates
+  brown_backward,             ///< Brown's distortion as a function of measured coordinates
+  equirectangular,            ///< full panorama: columns are longitudes, rows latitudes
 };
 
 /// The enumerator's name, as in scene files.
@@ -128,6 +131,9 @@ class LIBOCC_API CameraModel {
   virtual Pointer with_seam_at(double /*column*/) const { return nullptr; }
   /// Parameters of a rotating line; null for other models.
   virtual const RotatingLine* line() const { return nullptr; }
+  /// Numbers of the model that adjustments never change, with names and units; none for most
+  /// models.
+  virtual std::vector<CameraParameter> constants() const { return {}; }
 
  protected:
   CameraModel(CameraKind kind, int width, int height, const CameraMatrix& matrix,

@@ -143,8 +143,8 @@ class Report {
     if (out_.redundancy == 0) out_.warnings.push_back("the redundancy is 0: no error is detected");
   }
 
-  /// The same target twice in an image: one of the two is another target. Whole periods of a
-  /// panorama apart, it is the same one.
+  /// Names targets that occur twice in an image: one of the two is another target. Whole periods of
+  /// a panorama apart, it is the same one.
   void warn_of_duplicates() {
     std::map<std::tuple<int, int, int, int>, int> seen;
     for (std::size_t i = 0; i < given_.observations.size(); ++i) {

@@ -115,7 +115,7 @@ MatrixXd datum_null_space(const Network& network, const NetworkLayout& layout,
     if (layout.cameras[i].offset == none) continue;
     const std::vector<CameraParameter> parameters = state.cameras[i].parameters();
     Index row = layout.cameras[i].offset;
-    for (const int k : layout.cameras[i].columns) {
+    for (const auto& [k, tied] : layout.cameras[i].columns) {
       const bool compensated = centres.height_compensated[i] && parameters[k].name == height_name;
       if (parameters[k].is_length && !compensated) columns.row(row) = parameters[k].value * scale;
       ++row;

@@ -5,6 +5,7 @@
 
 #include "libocc/core/internal/covariance.hpp"
 #include "libocc/core/require.hpp"
+#include "libocc/network/internal/free_parameter.hpp"
 
 namespace occ {
 
@@ -36,9 +37,12 @@ void check_cameras(const Network& network) {
     const std::vector<CameraParameter> known = network.cameras[i].camera.parameters();
     const std::vector<std::string>& free = network.cameras[i].free_parameters;
     for (std::size_t k = 0; k < free.size(); ++k) {
-      const auto exists = [&](const CameraParameter& p) { return p.name == free[k]; };
-      require(std::any_of(known.begin(), known.end(), exists),
+      require(internal::network::parameter_columns(known, free[k]).has_value(),
               item("cameras", i, ".free_parameters"), free[k], "a parameter of its camera");
+      const bool is_focal_length = free[k] == "fx_px" || free[k] == "fy_px";
+      require(!is_focal_length || std::count(free.begin(), free.end(), common_focal_length) == 0,
+              item("cameras", i, ".free_parameters"), free[k],
+              "omitted if f_px, which moves both focal lengths, is listed");
       require(std::count(free.begin(), free.end(), free[k]) == 1,
               item("cameras", i, ".free_parameters"), free[k], "listed once");
     }

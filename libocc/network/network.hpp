@@ -26,7 +26,8 @@ struct NetworkCamera {
   std::string name;  ///< label for messages
   /// Start values of the free parameters, known values of the others.
   Camera camera = Camera::pinhole(640, 480, 500, 500, 319.5, 239.5);
-  std::vector<std::string> free_parameters;  ///< names of the unknown parameters
+  /// Names of the unknown parameters: those of Camera::parameters(), or f_px (see below).
+  std::vector<std::string> free_parameters;
 };
 
 /// Pose of a camera or a rig. Several images may share a station.
@@ -148,6 +149,24 @@ struct Network {
   /// Adds an image and a station of its own with the same name; returns the image's index.
   LIBOCC_API int add_image(const std::string& name, int camera, const Rigid3& cam_from_world);
 };
+
+/// Name of a free parameter for both focal lengths: it scales fx_px and fy_px together and keeps
+/// their ratio. Its value is fx_px. It excludes fx_px and fy_px from the free parameters.
+inline constexpr const char* common_focal_length = "f_px";
+
+/// Name, unit and value of a free parameter: one of Camera::parameters(), or f_px for cameras with
+/// fx_px and fy_px. Throws std::invalid_argument for another name.
+LIBOCC_API CameraParameter free_parameter(const Camera& camera, const std::string& name);
+
+/// Camera with another value of a free parameter; f_px keeps the ratio of fx_px and fy_px. Throws
+/// std::invalid_argument for another name, and for values that are not allowed.
+LIBOCC_API Camera with_free_parameter(const Camera& camera, const std::string& name, double value);
+
+/// Derivatives of Camera::parameters() (rows) by free parameters (columns): unit vectors; f_px has
+/// 1 for fx_px and fy_px / fx_px for fy_px. With the covariance C of the free parameters, D C D^T
+/// is Camera::parameter_covariance(). Throws as free_parameter().
+LIBOCC_API Eigen::MatrixXd free_parameter_directions(const Camera& camera,
+                                                     const std::vector<std::string>& names);
 
 /// Throws std::invalid_argument naming the element: an index out of range, a name that is not a
 /// parameter of its camera, a sigma that is not positive, a number that is not finite, a covariance

@@ -86,8 +86,8 @@ void assign_reduced_offsets(const Network& network, NetworkLayout& layout) {
     const std::vector<CameraParameter> parameters = network.cameras[i].camera.parameters();
     if (camera_used[i])
       for (const std::string& name : network.cameras[i].free_parameters)
-        for (std::size_t k = 0; k < parameters.size(); ++k)
-          if (parameters[k].name == name) block.columns.push_back(static_cast<int>(k));
+        if (const auto columns = parameter_columns(parameters, name))
+          block.columns.push_back(*columns);
     if (!block.columns.empty()) {
       block.offset = offset;
       offset += static_cast<Index>(block.columns.size());
@@ -347,8 +347,12 @@ std::optional<NetworkState> apply_step(const NetworkLayout& layout, const Networ
     Eigen::VectorXd values(static_cast<Index>(parameters.size()));
     for (std::size_t k = 0; k < parameters.size(); ++k)
       values[static_cast<Index>(k)] = parameters[k].value;
-    for (std::size_t k = 0; k < block.columns.size(); ++k)
-      values[block.columns[k]] += step[block.offset + static_cast<Index>(k)];
+    for (std::size_t k = 0; k < block.columns.size(); ++k) {
+      const auto [column, tied] = block.columns[k];
+      const double change = step[block.offset + static_cast<Index>(k)];
+      if (tied >= 0) values[tied] *= 1 + change / values[column];
+      values[column] += change;
+    }
     try {
       next.cameras[i] = state.cameras[i].with_parameters(values);
     } catch (const std::invalid_argument&) {

@@ -357,14 +357,14 @@ class Builder {
   }
 
   void add_parameter_prior(const ParameterPrior& prior, Lane& lane) const {
-    const std::vector<CameraParameter> parameters = state_.cameras[prior.camera].parameters();
     const CameraBlock& block = layout_.cameras[prior.camera];
-    for (std::size_t k = 0; k < block.columns.size(); ++k) {
-      const CameraParameter& parameter = parameters[block.columns[k]];
-      if (parameter.name != prior.parameter) continue;
-      add_rows({block.offset + static_cast<Index>(k)}, MatrixXd::Constant(1, 1, 1 / prior.sigma),
-               VectorXd::Constant(1, (parameter.value - prior.value) / prior.sigma), lane);
-    }
+    if (block.offset == none) return;
+    const auto& names = network_.cameras[prior.camera].free_parameters;
+    const double value = free_parameter(state_.cameras[prior.camera], prior.parameter).value;
+    for (std::size_t k = 0; k < names.size(); ++k)
+      if (names[k] == prior.parameter)
+        add_rows({block.offset + static_cast<Index>(k)}, MatrixXd::Constant(1, 1, 1 / prior.sigma),
+                 VectorXd::Constant(1, (value - prior.value) / prior.sigma), lane);
   }
 
   void add_other_observations(Lane& lane) const {

@@ -80,14 +80,19 @@ bool rows_of(const Network& network, const NetworkLayout& layout, const NetworkS
       std::round((pixel->x() - observation.pixel.x() - residual.x()) / geometry.camera.period_px());
   if (camera.offset != none) add_period_derivative(geometry.camera, periods, d_parameters);
 
+  const double aspect_ratio = geometry.camera.fy_px() / geometry.camera.fx_px();
   rows.width = block.width;
   rows.size = layout.offset_of(observation.target) == none ? 0 : layout.size_of(observation.target);
   for (int k = 0; k < 2; ++k) {
     const double inverse_sigma = 1 / observation.sigma_px[k];
     rows.r[k] = residual[k] * inverse_sigma;
     if (camera.offset != none)
-      for (std::size_t c = 0; c < camera.columns.size(); ++c)
-        rows.a[k][c] = d_parameters(k, camera.columns[c]) * inverse_sigma;
+      for (std::size_t c = 0; c < camera.columns.size(); ++c) {
+        const auto [column, tied] = camera.columns[c];
+        double derivative = d_parameters(k, column);
+        if (tied >= 0) derivative += d_parameters(k, tied) * aspect_ratio;
+        rows.a[k][c] = derivative * inverse_sigma;
+      }
     const Eigen::RowVector3d by_cam = inverse_sigma * d_point.row(k);
     if (block.mount_column >= 0)
       write_pose_derivative(by_cam, x_in_cam, rows.a[k] + block.mount_column);

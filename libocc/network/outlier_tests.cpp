@@ -166,7 +166,7 @@ AgreeingObservations find_agreeing(const Network& network, double robust_scale, 
 }
 
 bool is_contradiction(const std::vector<OutlierCandidate>& candidates) {
-  // Of two models with one wrong observation each, twice the log-likelihoods differ by the
+  // If one of two observations is wrong, twice the log-likelihoods of both models differ by the
   // difference of the squares. 18 is a ratio of 1e4; the ratio covers large residuals, whose
   // squares depend on the linearisation.
   constexpr double min_ratio = 0.98, min_difference = 18;

@@ -49,6 +49,9 @@ class LIBOCC_API Precision {
   Eigen::Matrix3d position(const Target& target) const;
   /// Joint covariance of two positions.
   Matrix6 positions(const Target& a, const Target& b) const;
+  /// Joint covariance of positions, 3n x 3n [m^2], in the order of the targets. Rows and columns of
+  /// targets that were left out are zero except for an infinite diagonal.
+  Eigen::MatrixXd joint(const std::vector<Target>& targets) const;
   /// Standard deviation of the distance; 0 when both targets are fixed.
   double distance_sigma_m(const Target& a, const Target& b) const;
 

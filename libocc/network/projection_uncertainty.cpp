@@ -33,14 +33,7 @@ ProjectionUncertainty projection_uncertainty(const Camera& camera,
   const Index count = static_cast<Index>(free.size());
   require(covariance.rows() == count && covariance.cols() == count && covariance.allFinite(),
           "covariance", covariance.rows(), "finite, one row for each free parameter");
-  std::vector<Index> columns_of_free;
-  const std::vector<CameraParameter> parameters = camera.parameters();
-  for (const std::string& name : free) {
-    for (std::size_t k = 0; k < parameters.size(); ++k)
-      if (parameters[k].name == name) columns_of_free.push_back(static_cast<Index>(k));
-    require(columns_of_free.size() == static_cast<std::size_t>(&name - free.data()) + 1, "free",
-            name, "a parameter of the camera");
-  }
+  const MatrixXd directions = free_parameter_directions(camera, free);
 
   const bool has_range = std::isfinite(range_m);
   const double distance = has_range ? range_m : 1e6;  // large compared with any camera
@@ -62,9 +55,7 @@ ProjectionUncertainty projection_uncertainty(const Camera& camera,
       Camera::ParameterJacobian d_parameters;
       if (!camera.project(x, &d_point, &d_parameters)) continue;
       GridPoint point{r, c, {}, {}};
-      point.by_parameters.resize(2, count);
-      for (Index k = 0; k < count; ++k)
-        point.by_parameters.col(k) = d_parameters.col(columns_of_free[k]);
+      point.by_parameters = core::product(MatrixXd(d_parameters), directions);
       point.by_pose.resize(2, has_range ? 6 : 3);
       point.by_pose.leftCols<3>() = -d_point * skew(x);
       if (has_range) point.by_pose.rightCols<3>() = d_point * distance;

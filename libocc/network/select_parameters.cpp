@@ -15,24 +15,13 @@ namespace {
 
 using Eigen::Index;
 
-CameraParameter find_parameter(const Camera& camera, const std::string& name) {
-  for (const CameraParameter& parameter : camera.parameters())
-    if (parameter.name == name) return parameter;
-  throw std::invalid_argument("nominal: its camera has no parameter " + name);
-}
-
 /// Fixes a parameter at its value in another network and removes its priors.
 void fix_parameter(Network& network, int camera, const std::string& name, const Network& nominal) {
   NetworkCamera& owner = network.cameras[camera];
   owner.free_parameters.erase(
       std::find(owner.free_parameters.begin(), owner.free_parameters.end(), name));
-  const std::vector<CameraParameter> all = owner.camera.parameters();
-  Eigen::VectorXd values(static_cast<Index>(all.size()));
-  for (std::size_t k = 0; k < all.size(); ++k)
-    values[static_cast<Index>(k)] = all[k].name == name
-                                        ? find_parameter(nominal.cameras[camera].camera, name).value
-                                        : all[k].value;
-  owner.camera = owner.camera.with_parameters(values);
+  owner.camera = with_free_parameter(owner.camera, name,
+                                     free_parameter(nominal.cameras[camera].camera, name).value);
   auto& priors = network.parameter_priors;
   priors.erase(std::remove_if(priors.begin(), priors.end(),
                               [&](const ParameterPrior& prior) {
@@ -75,12 +64,12 @@ std::vector<ParameterStatistics> parameter_statistics(const Network& adjusted,
             covariance.rows(), "that of the adjusted network");
     for (Index k = 0; k < covariance.rows(); ++k) {
       ParameterStatistics parameter;
-      const CameraParameter now = find_parameter(owner.camera, owner.free_parameters[k]);
+      const CameraParameter now = free_parameter(owner.camera, owner.free_parameters[k]);
       parameter.camera = camera;
       parameter.name = now.name;
       parameter.unit = now.unit;
       parameter.value = now.value;
-      parameter.nominal = find_parameter(nominal.cameras[camera].camera, now.name).value;
+      parameter.nominal = free_parameter(nominal.cameras[camera].camera, now.name).value;
       parameter.sigma = std::sqrt(covariance(k, k));
       const double off = std::abs(parameter.value - parameter.nominal);
       parameter.t = parameter.sigma > 0 ? off / parameter.sigma : 0;

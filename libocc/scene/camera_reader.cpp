@@ -10,6 +10,7 @@
 #include "libocc/camera/rotating_line.hpp"
 #include "libocc/core/internal/fields.hpp"
 #include "libocc/core/internal/yaml_section.hpp"
+#include "libocc/core/math.hpp"
 #include "libocc/scene/camera_file.hpp"
 #include "libocc/scene/internal/camera_section.hpp"
 
@@ -32,13 +33,19 @@ double focal_length_px(YamlSection& camera, YamlSection& root) {
   return focal_length_m / pixel_pitch_m;
 }
 
-std::array<Word<CameraKind>, 5> kind_words() {
-  std::array<Word<CameraKind>, 5> words{};
+std::array<Word<CameraKind>, 8> kind_words() {
+  std::array<Word<CameraKind>, 8> words{};
   std::size_t i = 0;
-  for (const CameraKind kind : {CameraKind::pinhole, CameraKind::fisheye, CameraKind::double_sphere,
-                                CameraKind::rotating_line, CameraKind::rotating_line_first_order})
+  for (const CameraKind kind :
+       {CameraKind::pinhole, CameraKind::fisheye, CameraKind::double_sphere,
+        CameraKind::brown_forward, CameraKind::brown_backward, CameraKind::equirectangular,
+        CameraKind::rotating_line, CameraKind::rotating_line_first_order})
     words[i++] = {name_of(kind), kind};
   return words;
+}
+
+bool is_brown(CameraKind kind) {
+  return kind == CameraKind::brown_forward || kind == CameraKind::brown_backward;
 }
 
 /// Names of all parameters that a camera of this model can have.
@@ -47,6 +54,8 @@ std::vector<std::string> parameter_names(const Camera& camera) {
                              ? Camera::pinhole(1, 1, 1, 1, 0, 0, std::vector<double>(14))
                          : camera.kind() == CameraKind::fisheye
                              ? Camera::fisheye(1, 1, 1, 1, 0, 0, std::vector<double>(4))
+                         : is_brown(camera.kind())
+                             ? Camera::brown_backward(1, 1, 1, 1, 0, 0, std::vector<double>(7), 1)
                              : camera;
   std::vector<std::string> names;
   for (const CameraParameter& parameter : longest.parameters()) names.push_back(parameter.name);
@@ -116,8 +125,25 @@ Camera read_line(YamlSection& camera, CameraKind kind, int width, int height) {
   return with_errors(*made, errors, camera);
 }
 
+Camera read_equirectangular(YamlSection& camera, int width, int height) {
+  double angle_per_px_rad = 2 * pi / width;
+  camera.read("angle_per_px_rad", angle_per_px_rad);
+  double fy_px = 1 / angle_per_px_rad;
+  double cx_px = (width - 1) / 2.0, cy_px = (height - 1) / 2.0;
+  camera.read("fy_px", fy_px);
+  camera.read("cx_px", cx_px);
+  camera.read("cy_px", cy_px);
+  const ErrorKeys errors = read_errors(camera);
+  camera.reject_unknown();
+  std::optional<Camera> made;
+  camera.check([&] {
+    made = Camera::equirectangular(width, height, angle_per_px_rad, fy_px, cx_px, cy_px);
+  });
+  return with_errors(*made, errors, camera);
+}
+
 Camera read_plane(YamlSection& camera, YamlSection& root, CameraKind kind, int width, int height) {
-  double fx_px = 0, fy_px = 0, skew_px = 0, xi = 0, alpha = 0;
+  double fx_px = 0, fy_px = 0, skew_px = 0, xi = 0, alpha = 0, unit_px = 0, r0 = 0;
   std::vector<double> distortion;
   if (camera.has("focal_length_m")) {
     fx_px = fy_px = focal_length_px(camera, root);
@@ -136,12 +162,22 @@ Camera read_plane(YamlSection& camera, YamlSection& root, CameraKind kind, int w
     camera.read("skew_px", skew_px);
     camera.read("distortion", distortion);
   }
+  if (is_brown(kind)) {
+    camera.need("unit_px", unit_px);
+    camera.read("r0", r0);
+  }
   const ErrorKeys errors = read_errors(camera);
   camera.reject_unknown();
   std::optional<Camera> made;
   camera.check([&] {
     if (kind == CameraKind::double_sphere)
       made = Camera::double_sphere(width, height, fx_px, fy_px, cx_px, cy_px, xi, alpha);
+    else if (kind == CameraKind::brown_forward)
+      made = Camera::brown_forward(width, height, fx_px, fy_px, cx_px, cy_px, distortion, unit_px,
+                                   r0, skew_px);
+    else if (kind == CameraKind::brown_backward)
+      made = Camera::brown_backward(width, height, fx_px, fy_px, cx_px, cy_px, distortion, unit_px,
+                                    r0, skew_px);
     else if (kind == CameraKind::fisheye)
       made = Camera::fisheye(width, height, fx_px, fy_px, cx_px, cy_px, distortion, skew_px);
     else
@@ -156,6 +192,7 @@ Camera read_inline(YamlSection& camera, YamlSection& root) {
   camera.read("model", kind, kind_words());
   camera.need("width_px", width);
   camera.need("height_px", height);
+  if (kind == CameraKind::equirectangular) return read_equirectangular(camera, width, height);
   const bool is_rotating_line =
       kind == CameraKind::rotating_line || kind == CameraKind::rotating_line_first_order;
   return is_rotating_line ? read_line(camera, kind, width, height)

@@ -105,6 +105,11 @@ void write_model(const Camera& camera, Lines& lines) {
   lines.add("model", std::string(name_of(camera.kind())));
   lines.add("width_px", camera.width());
   lines.add("height_px", camera.height());
+  if (camera.kind() == CameraKind::equirectangular) {
+    for (const CameraParameter& parameter : camera.parameters())
+      lines.add(parameter.name, parameter.value);
+    return;
+  }
   if (std::isfinite(camera.period_px())) return write_line(camera.line(), lines);
   lines.add("fx_px", camera.fx_px());
   lines.add("fy_px", camera.fy_px());
@@ -118,6 +123,8 @@ void write_model(const Camera& camera, Lines& lines) {
   }
   lines.add("skew_px", camera.skew_px());
   lines.add("distortion", list_text(camera.distortion()));
+  for (const CameraParameter& constant : camera.constants())
+    lines.add(constant.name, constant.value);
 }
 
 void write_errors(const Camera& camera, Lines& lines) {

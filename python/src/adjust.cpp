@@ -200,6 +200,13 @@ void define_precision(py::module_& m) {
             return k.value.distance_sigma_m(a, b);
           },
           py::arg("a"), py::arg("b"), "Standard deviation of the distance of two targets.")
+      .def(
+          "joint",
+          [](const Known& k, const std::vector<Target>& targets) { return k.value.joint(targets); },
+          py::arg("targets"),
+          "Joint covariance of the positions of n targets, (3n, 3n) [m^2]; left-out targets have "
+          "an "
+          "infinite diagonal.")
       .def("station", of(&Precision::station), py::arg("station"),
            "Covariance of a station's pose, (6, 6).")
       .def("station_position", of(&Precision::station_position), py::arg("station"),

@@ -6,6 +6,7 @@
 
 #include "fields.hpp"
 #include "libocc/camera/rotating_line.hpp"
+#include "libocc/core/math.hpp"
 #include "libocc/geometry/rigid.hpp"
 #include "libocc/scene/camera_file.hpp"
 #include "module.hpp"
@@ -35,6 +36,11 @@ std::string camera_repr(const Camera& camera) {
   std::string text = std::string("Camera.") + name_of(camera.kind()) +
                      "(width=" + value_repr(camera.width()) +
                      ", height=" + value_repr(camera.height());
+  if (camera.kind() == CameraKind::equirectangular) {
+    for (const CameraParameter& parameter : camera.parameters())
+      text += ", " + parameter.name + "=" + value_repr(parameter.value);
+    return text + ")";
+  }
   if (std::isfinite(camera.period_px())) return text + line_text(camera.line()) + ")";
   text += ", fx_px=" + value_repr(camera.fx_px()) + ", fy_px=" + value_repr(camera.fy_px()) +
           ", cx_px=" + value_repr(camera.cx_px()) + ", cy_px=" + value_repr(camera.cy_px());
@@ -43,6 +49,8 @@ std::string camera_repr(const Camera& camera) {
     return text + ", xi=" + value_repr(all[4].value) + ", alpha=" + value_repr(all[5].value) + ")";
   }
   if (!camera.distortion().empty()) text += ", distortion=" + value_repr(camera.distortion());
+  for (const CameraParameter& constant : camera.constants())
+    text += ", " + constant.name + "=" + value_repr(constant.value);
   if (camera.skew_px() != 0) text += ", skew_px=" + value_repr(camera.skew_px());
   const auto sigmas = camera.independent_sigmas();
   if (sigmas && !sigmas->empty())
@@ -70,21 +78,42 @@ Camera make_double_sphere(int width, int height, double fx_px, double fy_px, dou
                      sigmas);
 }
 
+template <Camera (*factory)(int, int, double, double, double, double, const std::vector<double>&,
+                            double, double, double)>
+Camera make_brown(int width, int height, double fx_px, double fy_px, double cx_px, double cy_px,
+                  const std::vector<double>& distortion, double unit_px, double r0, double skew_px,
+                  const Sigmas& sigmas) {
+  return with_sigmas(
+      factory(width, height, fx_px, fy_px, cx_px, cy_px, distortion, unit_px, r0, skew_px), sigmas);
+}
+
+Camera make_equirectangular(int width, int height, std::optional<double> angle_per_px_rad,
+                            std::optional<double> fy_px, std::optional<double> cx_px,
+                            std::optional<double> cy_px, const Sigmas& sigmas) {
+  const double angle = angle_per_px_rad.value_or(2 * pi / width);
+  return with_sigmas(Camera::equirectangular(width, height, angle, fy_px.value_or(1 / angle),
+                                             cx_px.value_or((width - 1) / 2.0),
+                                             cy_px.value_or((height - 1) / 2.0)),
+                     sigmas);
+}
+
 using State = py::typing::Tuple<py::object, py::ellipsis>;
 
-std::vector<double> values_of(const Camera& camera) {
+std::vector<double> values_of(const std::vector<CameraParameter>& parameters) {
   std::vector<double> values;
-  for (const CameraParameter& parameter : camera.parameters()) values.push_back(parameter.value);
+  for (const CameraParameter& parameter : parameters) values.push_back(parameter.value);
   return values;
 }
 
 State camera_state(const Camera& c) {
-  return py::make_tuple(c.kind(), c.width(), c.height(), c.distortion().size(), values_of(c),
-                        c.is_exact() ? py::none() : py::cast(c.parameter_covariance()));
+  return py::make_tuple(
+      c.kind(), c.width(), c.height(), c.distortion().size(), values_of(c.parameters()),
+      c.is_exact() ? py::none() : py::cast(c.parameter_covariance()), values_of(c.constants()));
 }
 
 // A camera of the given kind; its parameters are replaced afterwards.
-Camera blank_camera(CameraKind kind, int width, int height, std::size_t coefficients) {
+Camera blank_camera(CameraKind kind, int width, int height, std::size_t coefficients,
+                    const std::vector<double>& constants) {
   const std::vector<double> zeros(coefficients, 0.0);
   RotatingLine line;
   line.width = width;
@@ -95,6 +124,14 @@ Camera blank_camera(CameraKind kind, int width, int height, std::size_t coeffici
       return Camera::fisheye(width, height, 1, 1, 0, 0, zeros);
     case CameraKind::double_sphere:
       return Camera::double_sphere(width, height, 1, 1, 0, 0, 0, 0);
+    case CameraKind::brown_forward:
+      return Camera::brown_forward(width, height, 1, 1, 0, 0, zeros, constants.at(0),
+                                   constants.at(1));
+    case CameraKind::brown_backward:
+      return Camera::brown_backward(width, height, 1, 1, 0, 0, zeros, constants.at(0),
+                                    constants.at(1));
+    case CameraKind::equirectangular:
+      return Camera::equirectangular(width, height, 1, 1, 0, 0);
     case CameraKind::rotating_line:
       return Camera::rotating_line(line);
     case CameraKind::rotating_line_first_order:
@@ -107,7 +144,7 @@ Camera blank_camera(CameraKind kind, int width, int height, std::size_t coeffici
 
 Camera camera_from_state(const State& s) {
   const Camera blank = blank_camera(s[0].cast<CameraKind>(), s[1].cast<int>(), s[2].cast<int>(),
-                                    s[3].cast<std::size_t>());
+                                    s[3].cast<std::size_t>(), s[6].cast<std::vector<double>>());
   const Camera camera = blank.with_parameters(s[4].cast<Eigen::VectorXd>());
   return s[5].is_none() ? camera : camera.with_parameter_covariance(s[5].cast<Eigen::MatrixXd>());
 }
@@ -148,6 +185,9 @@ void define_kinds(py::module_& m) {
       .value("pinhole", CameraKind::pinhole)
       .value("fisheye", CameraKind::fisheye)
       .value("double_sphere", CameraKind::double_sphere)
+      .value("brown_forward", CameraKind::brown_forward)
+      .value("brown_backward", CameraKind::brown_backward)
+      .value("equirectangular", CameraKind::equirectangular)
       .value("rotating_line", CameraKind::rotating_line)
       .value("rotating_line_first_order", CameraKind::rotating_line_first_order)
       .finalize();
@@ -168,6 +208,17 @@ void define_kinds(py::module_& m) {
   ray.def_readonly("origin", &Ray::origin,
                    "(3,) point of the ray [m]; zero for a camera with one projection centre.")
       .def_readonly("direction", &Ray::direction, "(3,) unit vector.");
+}
+
+// Both forms of Brown's distortion.
+template <Camera (*factory)(int, int, double, double, double, double, const std::vector<double>&,
+                            double, double, double)>
+void define_brown(py::class_<Camera>& camera, const char* name, const char* doc) {
+  camera.def_static(name, &make_brown<factory>, py::kw_only(), py::arg("width"), py::arg("height"),
+                    py::arg("fx_px"), py::arg("fy_px"), py::arg("cx_px"), py::arg("cy_px"),
+                    py::arg_v("distortion", std::vector<double>{}, "[]"), py::arg("unit_px"),
+                    py::arg("r0") = 0.0, py::arg("skew_px") = 0.0,
+                    py::arg("parameter_sigmas") = py::none(), doc);
 }
 
 // Factories of the models other than the pinhole.
@@ -195,7 +246,48 @@ False)")
                   R"(Creates a double sphere camera of Usenko, Demmel and Cremers (3DV 2018).
 
 xi: in (-1, 1]; alpha: in [0, 1]; parameter_sigmas: as of pinhole(). Equations: libocc/camera/double_sphere.hpp.
-Raises: ValueError naming the argument and its value.)");
+Raises: ValueError naming the argument and its value.)")
+      .def_static(
+          "equirectangular", &make_equirectangular, py::kw_only(), py::arg("width"),
+          py::arg("height"), py::arg("angle_per_px_rad") = py::none(),
+          py::arg("fy_px") = py::none(), py::arg("cx_px") = py::none(),
+          py::arg("cy_px") = py::none(), py::arg("parameter_sigmas") = py::none(),
+          R"(Creates an equirectangular panorama: columns are longitudes, rows are latitudes.
+
+angle_per_px_rad: angle between columns (default: 2 pi / width); fy_px: pixels per radian of latitude
+(default: 1 / angle_per_px_rad); cx_px, cy_px: pixel of the z axis (default: the centre).
+Equations and source: libocc/camera/equirectangular.hpp. Raises: ValueError naming the argument.
+
+>>> import libocc as occ
+>>> camera = occ.Camera.equirectangular(width=3600, height=1800)
+>>> camera.project([2, 0, 2]).round(9).tolist()  # an eighth of a rotation, on the horizon
+[2249.5, 899.5])");
+  define_brown<&Camera::brown_forward>(
+      camera, "brown_forward",
+      R"(Creates a pinhole with Brown's distortion as a function of ideal coordinates (AICON, JAICOV).
+
+distortion: [], or a1 a2 a3 b1 b2 c1 c2 for coordinates in units of unit_px pixels, for example the
+pixels per millimetre; r0: radius without radial correction, in this unit; parameter_sigmas: as of
+pinhole(). Equations and source: libocc/camera/brown.hpp.
+Raises: ValueError naming the argument and its value.
+
+>>> import libocc as occ
+>>> camera = occ.Camera.brown_forward(width=640, height=480, fx_px=500, fy_px=500, cx_px=320, cy_px=240,
+...                                   distortion=[1e-3, 0, 0, 0, 0, 0, 0], unit_px=100)
+>>> camera.project([0.2, 0, 1]).round(6).tolist()  # at 1 unit, corrected to 1.001
+[420.1, 240.0])");
+  define_brown<&Camera::brown_backward>(
+      camera, "brown_backward",
+      R"(Creates a pinhole with Brown's distortion as a function of measured coordinates.
+
+This is the form of PhotoModeler and DBAT. Arguments: as of brown_forward(). Equations and source:
+libocc/camera/brown.hpp.
+
+>>> import libocc as occ
+>>> camera = occ.Camera.brown_backward(width=640, height=480, fx_px=500, fy_px=500, cx_px=320, cy_px=240,
+...                                    distortion=[1e-3, 0, 0, 0, 0, 0, 0], unit_px=100)
+>>> camera.unproject([420, 240]).round(6).tolist()  # at 1 unit, corrected to 1.001
+[0.196305, 0.0, 0.980543])");
   define_line<&Camera::rotating_line>(
       camera, "rotating_line",
       R"(Creates a rotating line camera: a linear array on a turntable.
@@ -226,6 +318,8 @@ void define_generality(py::class_<Camera>& camera) {
                              "True if all rays meet in one point.")
       .def_property_readonly("parameters", &Camera::parameters,
                              "All CameraParameters, in the order of with_parameters.")
+      .def_property_readonly("constants", &Camera::constants,
+                             "CameraParameters that adjustments never change, such as unit_px.")
       .def(
           "with_parameters",
           [](const Camera& c, const Eigen::VectorXd& values) { return c.with_parameters(values); },
@@ -288,7 +382,9 @@ void define_camera(py::module_& m) {
   py::class_<Camera> camera(m, "Camera",
                             R"(A camera model: projects points to pixels and pixels to rays.
 
-Created by pinhole (with OpenCV's lens distortion), fisheye, double_sphere or rotating_line.
+Created by pinhole (with OpenCV's lens distortion), brown_forward,
+brown_backward, fisheye, double_sphere,
+equirectangular or rotating_line.
 
 Pixel (0, 0) is the centre of the first pixel; camera axes: x right, y down, z forward
 (of a rotating line: z down along its axis).

@@ -10,6 +10,10 @@
 #include <string>
 #include <utility>
 
+namespace occ {
+struct Network;
+}
+
 namespace occ::python {
 
 namespace py = pybind11;
@@ -47,6 +51,8 @@ void define_consistency(py::module_& m);
 void define_calibrate(py::module_& m);
 void define_calibrate_light(py::module_& m);  // called by define_calibrate
 void define_network(py::module_& m);
+void define_network_elements(py::class_<Network>& network);  // called by define_network
+void define_free_parameters(py::module_& m);                 // called by define_network
 void define_adjust(py::module_& m);
 void define_network_statistics(py::module_& m);
 void define_test_field(py::module_& m);

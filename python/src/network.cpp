@@ -124,7 +124,9 @@ void define_building(py::class_<Network>& network) {
   network
       .def("add_camera", &add_camera, py::arg("name"), py::arg("camera"),
            py::arg_v("free_parameters", std::vector<std::string>{}, "[]"),
-           "Adds a camera; returns its index. free_parameters: unknown ones of camera.parameters.")
+           "Adds a camera; returns its index. free_parameters: unknown ones of camera.parameters, "
+           "or "
+           "\"f_px\" for fx_px and fy_px in their ratio.")
       .def("add_station", &add_station, py::arg("name"), py::arg("station_from_world"),
            py::arg("fixed") = false, "Adds the pose of a rig; returns its index.")
       .def("add_mount", &add_mount, py::arg("name"), py::arg("cam_from_station"),
@@ -319,6 +321,8 @@ Every add_ method returns an index. Lengths are in metres; start values may be r
   network.def(py::init<>());
   define_building(network);
   define_reading(network);
+  define_network_elements(network);
+  define_free_parameters(m);
 }
 
 }  // namespace occ::python

@@ -48,7 +48,7 @@ Eigen::Matrix3d position_covariance_of(const SmoothedPose& pose) {
                          : unknown_covariance<3>();
 }
 
-void define_frame(py::module_& m) {
+void define_smoother_frame(py::module_& m) {
   ResultClass<SmootherFrame>(m, "SmootherFrame",
                              R"(Images of identified points in one camera at one time.
 
@@ -478,7 +478,7 @@ void define_windows(py::module_& m) {
 }  // namespace
 
 void define_smoother(py::module_& m) {
-  define_frame(m);
+  define_smoother_frame(m);
   define_link(m);
   define_smoothings(m);
   define_smooth(m);

@@ -53,6 +53,15 @@ std::vector<Case> cases() {
       {"fisheye", Camera::fisheye(800, 800, 250, 252, 401, 397, {0.05, -0.01, 0.004, -0.001}, 0.4)},
       {"double_sphere", Camera::double_sphere(752, 480, 350, 352, 366, 249, -0.2, 0.6)},
       {"wide_double_sphere", Camera::double_sphere(752, 480, 180, 181, 366, 249, 0.05, 0.62)},
+      {"brown_forward",
+       Camera::brown_forward(640, 480, 410, 425, 322.25, 236.5,
+                             {-0.02, 0.003, 1e-4, 1.2e-3, -0.8e-3, 2e-3, -1e-3}, 300, 0.5, 0.7)},
+      {"brown_backward",
+       Camera::brown_backward(640, 480, 410, 425, 322.25, 236.5,
+                              {0.05, 0.01, 1e-3, 1.2e-3, -0.8e-3, 2e-3, -1e-3}, 300, 0.5, 0.7)},
+      {"undistorted_brown", Camera::brown_backward(640, 480, 410, 425, 322.25, 236.5, {}, 300)},
+      {"equirectangular",
+       Camera::equirectangular(2000, 1000, 2 * pi / 1993.7, 318.5, 998.3, 501.2)},
       {"ideal_line", Camera::rotating_line(pure)},
       {"line", Camera::rotating_line(line())},
       {"tumbling_line", Camera::rotating_line(tumbling_line())},
@@ -195,6 +204,113 @@ TEST(DoubleSphere, IsAPinholeIfItsParametersAreZero) {
   const Camera pinhole = Camera::pinhole(640, 480, 400, 410, 320, 240);
   const Eigen::Vector3d point(0.4, -0.3, 2);
   EXPECT_LT((camera.project(point).value() - pinhole.project(point).value()).norm(), 1e-12);
+}
+
+// brown_forward with OpenCV's coefficients: b1 = p2, b2 = p1, r0 = 0, and units of f pixels.
+TEST(Brown, ForwardFormProjectsLikeAPinholeWithOpenCvsDistortion) {
+  const double k1 = -0.2, k2 = 0.06, p1 = 1.2e-3, p2 = -0.8e-3, k3 = -0.006;
+  const Camera opencv =
+      Camera::pinhole(640, 480, 410, 425, 322.25, 236.5, {k1, k2, p1, p2, k3}, 0.7);
+  const Camera brown = Camera::brown_forward(640, 480, 410, 425, 322.25, 236.5,
+                                             {k1, k2, k3, p2, p1, 0, 0}, 410, 0, 0.7);
+  const double s = 410 / 100.0;  // other units of the coefficients
+  const Camera scaled = Camera::brown_forward(
+      640, 480, 410, 425, 322.25, 236.5,
+      {k1 / (s * s), k2 / std::pow(s, 4), k3 / std::pow(s, 6), p2 / s, p1 / s, 0, 0}, 100, 0, 0.7);
+  EXPECT_NEAR(brown.max_angle_rad(), opencv.max_angle_rad(), 1e-12);
+  Random random(3);
+  for (int i = 0; i < 300; ++i) {
+    const Eigen::Vector3d p(random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(1, 2));
+    const auto expected = opencv.project(p), found = brown.project(p);
+    ASSERT_EQ(found.has_value(), expected.has_value()) << p.transpose();
+    if (!found) continue;
+    EXPECT_LT((*found - *expected).norm(), 1e-10);
+    EXPECT_LT((*scaled.project(p) - *expected).norm(), 1e-9);
+  }
+}
+
+// The polynomial at one pixel, computed by hand: x = (u - cx) / unit_px, y = (v - cy) / unit_px.
+TEST(Brown, BackwardFormEvaluatesThePolynomialAtTheMeasuredPoint) {
+  const double f = 2000, unit = 250, r0 = 3, a1 = 2e-3, a2 = -1e-5, a3 = 4e-8, b1 = 3e-5,
+               b2 = -5e-5, c1 = 2e-4, c2 = -1e-4;
+  const Camera camera = Camera::brown_backward(4000, 3000, f, f, 2003.5, 1490.25,
+                                               {a1, a2, a3, b1, b2, c1, c2}, unit, r0);
+  const Eigen::Vector2d pixel(3103, 401);
+  const double x = (pixel.x() - 2003.5) / unit, y = (pixel.y() - 1490.25) / unit, t = x * x + y * y;
+  const double g =
+      a1 * (t - r0 * r0) + a2 * (t * t - std::pow(r0, 4)) + a3 * (t * t * t - std::pow(r0, 6));
+  const double xc = x + x * g + b1 * (t + 2 * x * x) + 2 * b2 * x * y + c1 * x + c2 * y;
+  const double yc = y + y * g + 2 * b1 * x * y + b2 * (t + 2 * y * y);
+  const Eigen::Vector3d expected = Eigen::Vector3d(xc * unit / f, yc * unit / f, 1).normalized();
+  EXPECT_LT((camera.unproject(pixel).value() - expected).norm(), 1e-14);
+}
+
+TEST(Brown, DomainEndsWhereTheRadialPartStopsGrowing) {
+  const double edge = std::sqrt(1 / 0.3);  // of r (1 - 0.1 r^2)
+  const Camera forward =
+      Camera::brown_forward(800, 800, 250, 250, 400, 400, {-0.1, 0, 0, 0, 0, 0, 0}, 250);
+  EXPECT_NEAR(forward.max_angle_rad(), std::atan(edge), 1e-12);
+  EXPECT_TRUE(forward.project({edge - 1e-6, 0, 1}));
+  EXPECT_FALSE(forward.project({edge + 1e-6, 0, 1}));
+  const Camera backward =
+      Camera::brown_backward(800, 800, 250, 250, 400, 400, {-0.1, 0, 0, 0, 0, 0, 0}, 250);
+  const double farthest = edge * (1 - 0.1 * edge * edge);
+  EXPECT_NEAR(backward.max_angle_rad(), std::atan(farthest), 1e-12);
+  const auto near_edge = backward.project({farthest - 1e-6, 0, 1});
+  ASSERT_TRUE(near_edge);
+  EXPECT_LT(
+      (backward.unproject(*near_edge)->hnormalized() - Eigen::Vector2d(farthest - 1e-6, 0)).norm(),
+      1e-12);
+  EXPECT_FALSE(backward.project({farthest + 1e-6, 0, 1}));
+  EXPECT_FALSE(backward.unproject({400 + 250 * (edge + 1e-6), 400}));
+  EXPECT_FALSE(backward.project({0.1, 0.1, -1}));
+}
+
+TEST(Brown, InvalidValuesAreNamed) {
+  const std::vector<double> none;
+  const auto complaint = [](const std::vector<double>& distortion, double unit, double r0) {
+    return test::complaint([&] { Camera::brown_backward(9, 9, 1, 1, 1, 1, distortion, unit, r0); });
+  };
+  EXPECT_NE(complaint({1, 2}, 1, 0).find("distortion's length must be 0 or 7"), std::string::npos);
+  EXPECT_NE(complaint(none, 0, 0).find("unit_px"), std::string::npos);
+  EXPECT_NE(complaint(none, 1, -1).find("r0"), std::string::npos);
+  EXPECT_NE(complaint({1, 0, 0, 0, 0, 0, 0}, 1, 2).find("scale at the centre"), std::string::npos);
+}
+
+TEST(Brown, ConstantsAndDistortionAreKept) {
+  const Camera camera = Camera::brown_backward(9, 9, 5, 6, 1, 2, {}, 3, 0.5);
+  ASSERT_EQ(camera.constants().size(), 2U);
+  EXPECT_EQ(camera.constants()[0].value, 3);
+  EXPECT_EQ(camera.constants()[1].value, 0.5);
+  EXPECT_TRUE(test::vga_camera().constants().empty());
+  const Camera uncertain = camera.with_parameter_sigmas({{"a1", 0.1}});
+  EXPECT_EQ(uncertain.kind(), CameraKind::brown_backward);
+  EXPECT_EQ(uncertain.distortion().size(), 7U);
+  EXPECT_EQ(uncertain.constants()[1].value, 0.5);
+  EXPECT_TRUE(uncertain.without_distortion().distortion().empty());
+}
+
+TEST(Equirectangular, ColumnsAreLongitudesAndRowsLatitudes) {
+  const Camera camera =
+      Camera::equirectangular(3600, 1800, 2 * pi / 3600, 1800 / pi, 1799.5, 899.5);
+  EXPECT_LT((camera.project({0, 0, 2}).value() - Eigen::Vector2d(1799.5, 899.5)).norm(), 1e-9);
+  const Eigen::Vector2d px = camera.project({1, std::sqrt(2.0), 1}).value();
+  EXPECT_LT((px - Eigen::Vector2d(1799.5 + 450, 899.5 + 450)).norm(), 1e-9);
+  EXPECT_FALSE(camera.project({0, 1, 0}));  // the pole
+  EXPECT_FALSE(camera.unproject({100, -1}));
+  EXPECT_NE(test::complaint([] { Camera::equirectangular(9, 9, 2, 1, 1, 1); }).find("angle_per_px"),
+            std::string::npos);
+}
+
+TEST(Equirectangular, IsContinuousAcrossTheSeam) {
+  const Camera camera = Camera::equirectangular(2000, 1000, 2 * pi / 1990, 300, 995, 500);
+  const auto at = [&](double column) { return camera.unproject({column, 420}).value(); };
+  const Eigen::Vector2d before = camera.project(at(-1)).value();
+  const Eigen::Vector2d after = camera.project(at(1)).value();
+  EXPECT_NEAR(before.x(), 1989, 1e-9);
+  EXPECT_NEAR(after.x(), 1, 1e-9);
+  EXPECT_NEAR(camera.difference_px(after, before).x(), 2, 1e-9);
+  EXPECT_NEAR(camera.with_seam_at(-100).project(at(-1))->x(), -1, 1e-9);
 }
 
 TEST(RotatingLine, IdealIsAzimuthAndTangent) {

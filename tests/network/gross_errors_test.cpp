@@ -293,7 +293,7 @@ void run_campaign(int count) {
         return one.kind == kind && one.index == static_cast<int>(index);
       });
     };
-    // Where a point keeps two rays, a distance to it is not controlled.
+    // A distance to a point that keeps two rays is not controlled.
     const auto is_weak = [&](const Target& target) {
       const auto& weak = trial.found->weak_points;
       return std::find(weak.begin(), weak.end(), target.point) != weak.end();

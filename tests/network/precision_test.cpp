@@ -176,6 +176,33 @@ TEST(Precision, EqualsItForSparseNetworks) {
   expect_as_whole(network, true);
 }
 
+TEST(Precision, JointCovarianceHasTheBlocksOfAllPairs) {
+  Network network = test::pinhole_network(5, 14);
+  test::add_tag(network, {so3_exp({0.3, 0.1, 0}), {1.2, 2, 3.1}}, 0.4);
+  network.points[2].fixed = true;
+  network.points.push_back({"unseen", {0, 0, 0}, false});
+  test::add_distance(network, 4, 5, 1e-3);  // point 4 is not eliminated
+  const auto p = precision(network);
+  ASSERT_TRUE(p.ok()) << p.message;
+  const Precision scaled = p->scaled(2.5);
+  const std::vector<Target> targets{Target::of_point(4),     Target::of_corner(0, 1),
+                                    Target::of_point(2),     Target::of_point(7),
+                                    Target::of_corner(0, 3), Target::of_point(8)};
+  const MatrixXd joint = scaled.joint(targets);
+  ASSERT_EQ(joint.rows(), 18);
+  for (int i = 0; i < 6; ++i)
+    for (int k = 0; k < 6; ++k) {
+      const MatrixXd pair = scaled.positions(targets[i], targets[k]).topRightCorner<3, 3>();
+      EXPECT_LT((joint.block(3 * i, 3 * k, 3, 3) - pair).norm(), 1e-9 * joint.norm())
+          << i << " " << k;
+    }
+  const MatrixXd with_unknown = p->joint({Target::of_point(14), Target::of_point(7)});
+  EXPECT_TRUE(std::isinf(with_unknown(1, 1)));
+  EXPECT_EQ(with_unknown(1, 4), 0);
+  EXPECT_LT(apart(with_unknown.bottomRightCorner(3, 3), p->point(7)), 1e-9);
+  EXPECT_THROW(p->joint({Target::of_point(99)}), std::invalid_argument);
+}
+
 TEST(Precision, DistancesAndVarianceFactor) {
   const Network network = test::line_network();
   const auto p = precision(network);

@@ -108,7 +108,7 @@ def phone_pictures(tag_pictures: list[Path], tmp_path_factory: pytest.TempPathFa
     ]
 
 
-@pytest.mark.parametrize("model", ["pinhole", "fisheye"])
+@pytest.mark.parametrize("model", ["pinhole", "fisheye", "brown_backward"])
 def test_rotated_pictures_of_a_phone_calibrate_it(phone_pictures: list[Path], tmp_path: Path, model: str) -> None:
     code, text, err = run(
         "calibrate", "camera", *phone_pictures, "--tag-size", 0.16, "--model", model, "--out", tmp_path / "out"

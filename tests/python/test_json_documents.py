@@ -43,6 +43,7 @@ CALLS = {
     "ladder": "ladder --frames 2 --rung rims",
     "trust": "trust --family one_dark --family coplanar_four --count 4",
     "calibrate": "calibrate network panorama --out calibrated",
+    "import-network": "import-network kalibr/camchain.yaml --out imported",
     "measure": "measure panorama corners.csv --out measured --distance corner_0 corner_1",
     "row-time": "row-time lamp.png --frequency-hz 2000",
     "guide": "guide short_drive --out drive --no-animation --runs 1",

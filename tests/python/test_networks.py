@@ -161,6 +161,13 @@ def test_a_point_in_one_picture_is_said_not_to_be_measured(network: Path, tmp_pa
     assert code == 1 and text == "a: too_few_lamps\n"
 
 
+def test_a_point_twice_in_a_picture_names_both_lines(network: Path, tmp_path: Path) -> None:
+    table = tmp_path / "twice.csv"
+    table.write_text("point;image;x_px;y_px\na;S0;100,5;5000\nb;S0;1;1\na;S0;101,5;5000\n")
+    code, _, err = run("measure", network, table, "--out", tmp_path / "out")
+    assert code == 2 and f"{table}:4: point 'a' occurs twice in image 'S0', first in line 2" in err
+
+
 WRONG = [
     ("network.yaml", "schema: libocc-network/1", "schema: libocc-network/9", "key `schema`: must be libocc-network/1"),
     ("network.yaml", "k2]", "k9]", "'k9' is not a parameter of a rotating_line"),
@@ -168,7 +175,7 @@ WRONG = [
     ("network.yaml", "from: target", "from: targt", "no point is named 'targt 10'"),
     ("network.yaml", "points: points.csv", "point: points.csv", "key `point`: is unknown"),
     ("network.yaml", "images: images.csv", "images: absent.csv", "absent.csv"),
-    ("points.csv", "name,x_m", "name,x_mm", "points.csv:1: has no column `x_m`"),
+    ("points.csv", "name,x_m", "name,x_mm", "points.csv:1: column `x_mm` is unknown"),
     ("observations.csv", "S0,", "S9,", "observations.csv:2: no image is named 'S9'"),
     ("observations.csv", ",0.5,0.19\n", ",0.5,-2\n", "column `sigma_y_px`: must be positive, got '-2'"),
     ("images.csv", "S0,camera,", "S0,camra,", "images.csv:2: no camera is named 'camra'"),

@@ -189,7 +189,15 @@ TEST(BadScene, SensorAndCamera) {
             "scene.yaml:2: key `camera.distortion`: must be 0, 4, 5, 8, 12 or 14, got 2");
   EXPECT_EQ(camera_complaint("width_px: 640, height_px: 480, fx_px: 500, model: fish"),
             "scene.yaml:2: key `camera.model`: must be one of pinhole, fisheye, double_sphere, "
-            "rotating_line, rotating_line_first_order, got fish");
+            "brown_forward, brown_backward, equirectangular, rotating_line, "
+            "rotating_line_first_order, got fish");
+  EXPECT_EQ(camera_complaint("model: brown_backward, width_px: 640, height_px: 480, fx_px: 500"),
+            "scene.yaml:2: key `camera.unit_px`: is missing");
+  EXPECT_EQ(camera_complaint("model: brown_forward, width_px: 640, height_px: 480, fx_px: 500, "
+                             "unit_px: 100, distortion: [1, 2]"),
+            "scene.yaml:2: key `camera.distortion`: must be 0 or 7, got 2");
+  EXPECT_EQ(camera_complaint("model: equirectangular, width_px: 640, height_px: 480, fx_px: 500"),
+            "scene.yaml:2: key `camera.fx_px`: is not known, got 500; did you mean `fy_px`?");
   EXPECT_EQ(
       camera_complaint("model: double_sphere, width_px: 640, height_px: 480, fx_px: 500, xi: 0"),
       "scene.yaml:2: key `camera.alpha`: is missing");

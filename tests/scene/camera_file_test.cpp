@@ -36,13 +36,21 @@ void expect_equal(const Camera& a, const Camera& b) {
     EXPECT_EQ(pa[i].name, pb[i].name);
     EXPECT_EQ(pa[i].value, pb[i].value) << pa[i].name;
   }
+  ASSERT_EQ(a.constants().size(), b.constants().size());
+  for (std::size_t i = 0; i < a.constants().size(); ++i)
+    EXPECT_EQ(a.constants()[i].value, b.constants()[i].value) << a.constants()[i].name;
 }
 
 const std::vector<Camera>& every_model() {
   static const std::vector<Camera> all{
       Camera::pinhole(640, 480, 1.0 / 3e-3, 401, 320.1, 239.7, {0.1, 0.2, 0.3, 0.4, 0.5}, 0.25),
       Camera::fisheye(640, 480, 300, 301, 320.1, 239.7, {0.01, 0.02, 0.03, 0.04}, 0.5),
-      Camera::double_sphere(640, 480, 300, 301, 320.1, 239.7, -0.2, 0.55), line_camera(),
+      Camera::double_sphere(640, 480, 300, 301, 320.1, 239.7, -0.2, 0.55),
+      line_camera(),
+      Camera::brown_forward(640, 480, 300, 301, 320.1, 239.7, {1e-3, 2e-5, 0, 1e-5, 0, 0, 1e-4}, 80,
+                            0.9, 0.3),
+      Camera::brown_backward(640, 480, 300, 301, 320.1, 239.7, {}, 80),
+      Camera::equirectangular(2000, 900, 0.003, 310, 998, 450),
       Camera::rotating_line_first_order([] {
         RotatingLine line = line_camera().line();
         line.tumbling_rad = {};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What an adjustment rejected and left out, and what the user should check: lists and sentences.
+// Lists and sentences about what an adjustment rejected and left out, and what to check.
 #pragma once
 
 #include <map>

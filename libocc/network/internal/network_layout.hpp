@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "libocc/network/internal/free_parameter.hpp"
 #include "libocc/network/network.hpp"
 
 namespace occ::internal::network {
@@ -38,7 +39,7 @@ constexpr int max_group = 7;                              ///< unknowns of a bod
 
 struct CameraBlock {
   Index offset = none;
-  std::vector<int> columns;  ///< free parameters: indices into Camera::parameters()
+  std::vector<ParameterColumns> columns;  ///< free parameters
 };
 
 /// Unknowns of an image: up to three segments (camera, mount, station).

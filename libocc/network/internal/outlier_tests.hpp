@@ -18,7 +18,7 @@
 namespace occ::internal::network {
 
 struct OutlierCandidate {
-  int index = 0;          ///< of the observation, distance or control point
+  int index = 0;          ///< index of the observation, distance or control point
   double normalised = 0;  ///< normalised residual
   int coordinate = -1;    ///< 0, 1 or 2: the coordinate of a control point that misses most
 };

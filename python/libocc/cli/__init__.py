@@ -40,6 +40,7 @@ COMMANDS = (
     "response",
     "light",
     "calibrate",
+    "import-network",
     "measure",
     "row-time",
     "guide",

@@ -2,23 +2,25 @@
 """Networks as YAML files with CSV tables beside them; the schema is described in data/calibration/README.md."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .._core import Datum, DatumKind, Network, Target, format_camera, read_camera
+from .._core import Camera, Datum, DatumKind, Network, Target, read_camera
 from ..yaml_files import read_yaml
-from .tables import Row, read_table, table_bytes
+from .poses import pose_covariance, pose_from
+from .sections import KEYS, POSE, SCHEMA, SIGMA_PX, Names, Section
+from .starts import free_start, similarity, start_values, transformed
+from .tables import Row, read_table
+from .writing import image_table, network_files
 
-SCHEMA = "libocc-network/1"
-KEYS = (
-    "schema", "cameras", "stations", "mounts", "images", "points", "shapes", "bodies", "observations", "distances",
-    "control", "priors", "datum", "check_points",
-)
-POSE = ("x_m", "y_m", "z_m", "qw", "qx", "qy", "qz")
-SIGMA_PX = 0.5  # default of the tables
+__all__ = ["SIGMA_PX", "image_table", "network_files", "read_network", "read_network_and_checks", "target_named"]
+
+
+DISTANCE = ("from", "to", "length_m", "sigma_m")
+CONTROL = ("target", "position_m", "sigma_m", "covariance_m2")
 
 
 def square(side_m: float) -> NDArray[np.float64]:
@@ -26,114 +28,12 @@ def square(side_m: float) -> NDArray[np.float64]:
     return side_m / 2 * np.array([[-1.0, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]])
 
 
-class Section:
-    """A mapping in the file; its errors name file, key and value."""
-
-    def __init__(self, path: Path, name: str, data: Any, known: tuple[str, ...]):
-        self.path, self.name, self.data = path, name, data
-        if not isinstance(data, dict):
-            raise ValueError(f"{path}: key `{name}`: must be a mapping, got {data!r}")
-        for key in data:
-            if key not in known:
-                raise ValueError(f"{path}: key `{self.full(key)}`: is unknown; allowed: {', '.join(known)}")
-
-    def full(self, key: str) -> str:
-        return f"{self.name}.{key}" if self.name else key
-
-    def fail(self, key: str, rule: str) -> ValueError:
-        return ValueError(f"{self.path}: key `{self.full(key)}`: must be {rule}, got {self.data.get(key)!r}")
-
-    def has(self, key: str) -> bool:
-        return self.data.get(key) is not None
-
-    def text(self, key: str) -> str:
-        value = self.data.get(key)
-        if not isinstance(value, (str, int)) or value == "":
-            raise self.fail(key, "a text")
-        return str(value)
-
-    def number(self, key: str) -> float:
-        value = self.data.get(key)
-        if isinstance(value, bool) or not isinstance(value, (int, float)) or not np.isfinite(value):
-            raise self.fail(key, "a finite number")
-        return float(value)
-
-    def positive(self, key: str) -> float:
-        value = self.number(key)
-        if not value > 0:
-            raise self.fail(key, "positive")
-        return value
-
-    def vector(self, key: str, size: int) -> NDArray[np.float64]:
-        try:
-            vector = np.asarray(self.data.get(key), dtype=float)
-        except (TypeError, ValueError):
-            raise self.fail(key, f"a list of {size} numbers") from None
-        if vector.shape != (size,) or not np.isfinite(vector).all():
-            raise self.fail(key, f"a list of {size} numbers")
-        return vector
-
-    def texts(self, key: str) -> list[str]:
-        value = self.data.get(key, [])
-        if not isinstance(value, list) or not all(isinstance(item, (str, int)) for item in value):
-            raise self.fail(key, "a list of names")
-        return [str(item) for item in value]
-
-    def sections(self, key: str, known: tuple[str, ...]) -> list["Section"]:
-        value = self.data.get(key) or []
-        if not isinstance(value, list):
-            raise self.fail(key, "a list")
-        return [Section(self.path, f"{self.full(key)}[{i}]", item, known) for i, item in enumerate(value)]
-
-
-class Names:
-    """Indices by name; raises ValueError for a duplicate or unknown name."""
-
-    def __init__(self, kind: str):
-        self.kind = kind
-        self.indices: dict[str, int] = {}
-
-    def add(self, name: str, index: int, where: str) -> None:
-        if name in self.indices:
-            raise ValueError(f"{where}: {self.kind} {name!r} occurs twice")
-        self.indices[name] = index
-
-    def find(self, name: str, where: str) -> int:
-        if name not in self.indices:
-            known = ", ".join(list(self.indices)[:8]) or "none"
-            raise ValueError(f"{where}: no {self.kind} is named {name!r}; existing names: {known}")
-        return self.indices[name]
-
-
 def pose_of(row: Row) -> NDArray[np.float64]:
     """4x4 cam_from_world from columns with a position and a unit quaternion (w first)."""
-    w, x, y, z = quaternion = np.array([row.number(name) for name in POSE[3:]])
+    quaternion = np.array([row.number(name) for name in POSE[3:]])
     if abs(quaternion @ quaternion - 1) > 1e-6:
         raise row.fail("qw", "part of a unit quaternion")
-    rotation = np.array([
-        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-    ])
-    pose = np.eye(4)
-    pose[:3, :3] = rotation
-    pose[:3, 3] = -rotation @ [row.number(name) for name in POSE[:3]]
-    return pose
-
-
-def pose_columns(pose: NDArray[np.float64]) -> list[float]:
-    """Columns of a pose: inverse of pose_of() up to rounding errors."""
-    r = pose[:3, :3]
-    eigenvalues, vectors = np.linalg.eigh(np.array([
-        [r[0, 0] + r[1, 1] + r[2, 2], r[2, 1] - r[1, 2], r[0, 2] - r[2, 0], r[1, 0] - r[0, 1]],
-        [r[2, 1] - r[1, 2], r[0, 0] - r[1, 1] - r[2, 2], r[0, 1] + r[1, 0], r[0, 2] + r[2, 0]],
-        [r[0, 2] - r[2, 0], r[0, 1] + r[1, 0], r[1, 1] - r[0, 0] - r[2, 2], r[1, 2] + r[2, 1]],
-        [r[1, 0] - r[0, 1], r[0, 2] + r[2, 0], r[1, 2] + r[2, 1], r[2, 2] - r[0, 0] - r[1, 1]],
-    ]))
-    quaternion = vectors[:, np.argmax(eigenvalues)]
-    if quaternion[0] < 0:
-        quaternion = -quaternion
-    return [float(v) for v in (*(-r.T @ pose[:3, 3]), *quaternion)]
+    return pose_from(np.array([row.number(name) for name in POSE[:3]]), quaternion)
 
 
 def target_named(name: str, points: dict[str, int], bodies: dict[str, int], corners: Sequence[int]) -> Target | None:
@@ -149,6 +49,31 @@ def target_named(name: str, points: dict[str, int], bodies: dict[str, int], corn
     return None
 
 
+def check_free(section: Section, camera: Camera, free: list[str]) -> None:
+    """Raises ValueError for a name that is not a free parameter of the camera."""
+    known = [parameter.name for parameter in camera.parameters]
+    if "fx_px" in known and "fy_px" in known:
+        known.append("f_px")
+    for name in free:
+        if name not in known:
+            raise ValueError(
+                f"{section.path}: key `{section.full('free')}`: {name!r} is not a parameter of a "
+                f"{camera.kind.name}; allowed: {', '.join(known)}"
+            )
+
+
+@dataclass
+class ImageRow:
+    """An image of the table; station: -1 for an image with a station of its own."""
+
+    row: Row
+    camera: int
+    fixed: bool
+    pose: NDArray[np.float64] | None = None
+    station: int = -1
+    mount: int = -1
+
+
 class Reader:
     def __init__(self, path: Path):
         self.path = path
@@ -159,6 +84,9 @@ class Reader:
         self.stations, self.mounts = Names("station"), Names("mount")
         self.shapes: dict[str, list[NDArray[np.float64]]] = {}
         self.corners: list[int] = []  # number of corners of each body
+        self.image_rows: list[ImageRow] = []
+        self.point_rows: list[tuple[Row, NDArray[np.float64] | None]] = []
+        self.seen: list[tuple[int, Target, NDArray[np.float64], NDArray[np.float64]]] = []
 
     def table(self, key: str) -> Path:
         return self.path.parent / self.file.text(key)
@@ -172,13 +100,7 @@ class Reader:
         for section in self.file.sections("cameras", ("name", "file", "free")):
             camera = read_camera(self.path.parent / section.text("file"))
             free = section.texts("free")
-            known = [parameter.name for parameter in camera.parameters]
-            for name in free:
-                if name not in known:
-                    raise ValueError(
-                        f"{self.path}: key `{section.full('free')}`: {name!r} is not a parameter of a "
-                        f"{camera.kind.name}; allowed: {', '.join(known)}"
-                    )
+            check_free(section, camera, free)
             index = self.network.add_camera(section.text("name"), camera, free)
             self.cameras.add(section.text("name"), index, str(self.path))
         if not self.cameras.indices:
@@ -195,24 +117,39 @@ class Reader:
                 names.add(row.text("name"), index, f"{row.path}:{row.line}")
 
     def read_images(self) -> None:
-        for row in read_table(self.table("images"), ("name", "camera"), (*POSE, "station", "mount")):
-            where, name = f"{row.path}:{row.line}", row.text("name")
-            camera = self.cameras.find(row.text("camera"), where)
+        """Reads the images; those without a start value of the pose are added by add_elements()."""
+        stations = [np.asarray(pose) for pose in self.network.station_poses]
+        mounts = [np.asarray(pose) for pose in self.network.mount_poses]
+        for row in read_table(self.table("images"), ("name", "camera"), (*POSE, "station", "mount", "fixed")):
+            camera = self.cameras.find(row.text("camera"), row.where)
+            image = ImageRow(row, camera, fixed=row.flag("fixed"))
             if row.has("station"):
-                station = self.stations.find(row.text("station"), where)
-                mount = self.mounts.find(row.text("mount"), where) if row.has("mount") else -1
-                index = self.network.add_image(name, camera, station=station, mount=mount)
-            else:
-                index = self.network.add_image(name, camera, pose_of(row))
-            self.images.add(name, index, where)
+                if image.fixed:
+                    raise row.fail("fixed", "0 or empty beside `station`; fix the station and the mount")
+                image.station = self.stations.find(row.text("station"), row.where)
+                image.mount = self.mounts.find(row.text("mount"), row.where) if row.has("mount") else -1
+                image.pose = stations[image.station]
+                if image.mount >= 0:
+                    image.pose = mounts[image.mount] @ image.pose
+            elif any(row.has(name) for name in POSE):
+                image.pose = pose_of(row)
+            elif image.fixed:
+                raise row.fail("fixed", "0 or empty without a pose")
+            self.images.add(row.text("name"), len(self.image_rows), row.where)
+            self.image_rows.append(image)
 
     def read_points(self) -> None:
+        """Reads the points; those without a start value of the position are added by add_elements()."""
         if not self.file.has("points"):
             return
-        for row in read_table(self.table("points"), ("name", "x_m", "y_m", "z_m"), ("fixed",)):
-            position = [row.number(name) for name in POSE[:3]]
-            index = self.network.add_point(row.text("name"), position, row.flag("fixed"))
-            self.points.add(row.text("name"), index, f"{row.path}:{row.line}")
+        for row in read_table(self.table("points"), ("name",), (*POSE[:3], "fixed")):
+            position = None
+            if any(row.has(name) for name in POSE[:3]):
+                position = np.array([row.number(name) for name in POSE[:3]])
+            elif row.flag("fixed"):
+                raise row.fail("fixed", "0 or empty without a position")
+            self.points.add(row.text("name"), len(self.point_rows), row.where)
+            self.point_rows.append((row, position))
 
     def read_shapes(self) -> None:
         if not self.file.has("shapes"):
@@ -224,7 +161,7 @@ class Reader:
     def read_bodies(self) -> None:
         if not self.file.has("bodies"):
             return
-        for row in read_table(self.table("bodies"), ("name", *POSE), ("side_m", "shape", "scale_free")):
+        for row in read_table(self.table("bodies"), ("name", *POSE), ("side_m", "shape", "scale_free", "fixed")):
             if row.has("shape"):
                 if row.text("shape") not in self.shapes:
                     raise row.fail("shape", f"one of {', '.join(self.shapes) or 'none: `shapes` names no table'}")
@@ -234,38 +171,164 @@ class Reader:
                 if not row.number("side_m") > 0:
                     raise row.fail("side_m", "positive")
             pose = np.linalg.inv(pose_of(row))  # the table has world_from_body
-            index = self.network.add_body(row.text("name"), corners, pose, scale_free=row.flag("scale_free"))
+            index = self.network.add_body(
+                row.text("name"), corners, pose, scale_free=row.flag("scale_free"), fixed=row.flag("fixed")
+            )
             self.bodies.add(row.text("name"), index, f"{row.path}:{row.line}")
             self.corners.append(len(corners))
 
     def read_observations(self) -> None:
         columns = ("image", "target", "x_px", "y_px")
+        seen: dict[tuple[int, str], list[tuple[int, float]]] = {}  # lines and columns of a target in an image
         for row in read_table(self.table("observations"), columns, ("sigma_x_px", "sigma_y_px")):
-            where = f"{row.path}:{row.line}"
             sigma_x = row.number("sigma_x_px", SIGMA_PX)
             sigma = np.array([sigma_x, row.number("sigma_y_px", sigma_x)])
             if not (sigma > 0).all():
                 raise row.fail("sigma_x_px" if not sigma[0] > 0 else "sigma_y_px", "positive")
-            self.network.observe(
-                self.images.find(row.text("image"), where), [self.target(row.text("target"), where)],
-                np.array([[row.number("x_px"), row.number("y_px")]]), sigma,
-            )
+            image = self.images.find(row.text("image"), row.where)
+            pixel = np.array([row.number("x_px"), row.number("y_px")])
+            same = seen.setdefault((image, row.text("target")), [])
+            for line, x_px in same:
+                self.refuse_duplicate(row, image, line, x_px)
+            same.append((row.line, pixel[0]))
+            self.seen.append((image, self.target(row.text("target"), row.where), pixel, sigma))
+
+    def add_elements(self) -> None:
+        """Adds points, images and observations, with start values from resections and intersections where needed."""
+        poses = {k: image.pose for k, image in enumerate(self.image_rows) if image.pose is not None}
+        positions = {k: position for k, (_, position) in enumerate(self.point_rows) if position is not None}
+        if len(poses) < len(self.image_rows) or len(positions) < len(self.point_rows):
+            poses, positions = self.start_values(poses, positions)
+        for k, (row, _) in enumerate(self.point_rows):
+            self.network.add_point(row.text("name"), positions[k], row.flag("fixed"))
+        for k, image in enumerate(self.image_rows):
+            name, station = image.row.text("name"), image.station
+            if station < 0:
+                station = self.network.add_station(name, poses[k], image.fixed)
+            self.network.add_image(name, image.camera, station=station, mount=image.mount)
+        for index, target, pixel, sigma in self.seen:
+            self.network.observe(index, [target], pixel[None], sigma)
+
+    def start_values(
+        self, poses: dict[int, NDArray[np.float64]], positions: dict[int, NDArray[np.float64]]
+    ) -> tuple[dict[int, NDArray[np.float64]], dict[int, NDArray[np.float64]]]:
+        """All poses and positions. Raises: ValueError naming the first element that has none."""
+        cameras = self.network.cameras
+        seen: list[dict[int, NDArray[np.float64]]] = [{} for _ in self.image_rows]
+        known = dict(positions)
+        corners: dict[Target, int] = {}
+        for number, target, pixel, _ in self.seen:
+            key = target.point_index
+            if key < 0:
+                key = corners.setdefault(target, len(self.point_rows) + len(corners))
+                known[key] = np.asarray(self.network.position_m(target))
+            seen[number][key] = pixel
+        for target, position in self.control_positions():
+            if target.point_index >= 0:
+                known.setdefault(target.point_index, position)
+        of_image = [cameras[image.camera] for image in self.image_rows]
+        found, points = start_values(of_image, seen, known, poses)
+        if not found:
+            found, points = self.free_start(of_image, seen, known) or (found, points)
+        for k, image in enumerate(self.image_rows):
+            if k not in found:
+                count = sum(key in points for key in seen[k])
+                raise ValueError(
+                    f"{image.row.where}: image {image.row.text('name')!r} has no pose and shows {count} targets with "
+                    "known positions; give its pose, or the positions of four of its targets"
+                )
+        for k, (row, _) in enumerate(self.point_rows):
+            if k not in points:
+                raise ValueError(
+                    f"{row.where}: point {row.text('name')!r} has no position and is not visible from two directions; "
+                    "give its position"
+                )
+        return found, points
+
+    def control_positions(self) -> list[tuple[Target, NDArray[np.float64]]]:
+        return [
+            (self.target(section.text("target"), str(self.path)), section.vector("position_m", 3))
+            for section in self.file.sections("control", CONTROL)
+        ]
+
+    def free_start(
+        self, cameras: list[Camera], seen: list[dict[int, NDArray[np.float64]]], known: dict[int, NDArray[np.float64]]
+    ) -> tuple[dict[int, NDArray[np.float64]], dict[int, NDArray[np.float64]]] | None:
+        """Start values from image points alone, in the frame of three known points or scaled by a distance.
+
+        None if there are one or two known points, which do not determine a frame, or no relative orientation.
+        """
+        started = free_start(cameras, seen)
+        if started is None:
+            return None
+        poses, points = started
+        if known:
+            both = [key for key in known if key in points]
+            if len(both) < 3:
+                return None
+            frame = similarity(np.array([points[k] for k in both]), np.array([known[k] for k in both]))
+            return None if frame is None else transformed(poses, points, *frame)
+        ratios = []
+        for section in self.file.sections("distances", DISTANCE):
+            start, end = (self.target(section.text(key), str(self.path)).point_index for key in ("from", "to"))
+            if start in points and end in points:
+                ratios.append(section.positive("length_m") / float(np.linalg.norm(points[end] - points[start])))
+        scale = float(np.median(ratios)) if ratios else 1.0
+        return transformed(poses, points, scale, np.eye(3), np.zeros(3))
+
+    def refuse_duplicate(self, row: Row, image: int, first_line: int, first_x_px: float) -> None:
+        """Raises ValueError for a target that occurs twice in an image.
+
+        A panorama of more than a full rotation may show a target twice, at columns that are a period apart.
+        """
+        period = self.network.cameras[self.image_rows[image].camera].period_px
+        if abs(row.number("x_px") - first_x_px) > period / 2:
+            return
+        raise ValueError(
+            f"{row.where}: target {row.text('target')!r} occurs twice in image {row.text('image')!r}, "
+            f"first in line {first_line}; keep one of the two observations"
+        )
 
     def read_constraints(self) -> None:
         where = str(self.path)
-        for section in self.file.sections("distances", ("from", "to", "length_m", "sigma_m")):
+        for section in self.file.sections("distances", DISTANCE):
             start, end = (self.target(section.text(key), where) for key in ("from", "to"))
             self.network.add_distance(start, end, section.positive("length_m"), section.positive("sigma_m"))
-        for section in self.file.sections("control", ("target", "position_m", "sigma_m")):
-            self.network.add_control(
-                self.target(section.text("target"), where), section.vector("position_m", 3),
-                np.eye(3) * section.positive("sigma_m") ** 2,
-            )
+        for section in self.file.sections("control", CONTROL):
+            if section.one_of("sigma_m", "covariance_m2") == "sigma_m":
+                covariance = np.diag(section.sigmas("sigma_m") ** 2)
+            else:
+                covariance = section.covariance("covariance_m2", 3)
+            target = self.target(section.text("target"), where)
+            self.network.add_control(target, section.vector("position_m", 3), covariance)
         for section in self.file.sections("priors", ("camera", "parameter", "value", "sigma")):
             self.network.add_parameter_prior(
                 self.cameras.find(section.text("camera"), where), section.text("parameter"),
                 section.number("value"), section.positive("sigma"),
             )
+
+    def read_pose_priors(self) -> None:
+        keys = ("image", "station", "position_m", "quaternion", "sigma_rad", "sigma_m", "covariance")
+        for section in self.file.sections("pose_priors", keys):
+            where = f"{self.path}: key `{section.name}`"
+            if section.one_of("image", "station") == "image":
+                image = self.images.find(section.text("image"), where)
+                if self.network.image_mounts[image] >= 0:
+                    raise section.fail("image", "an image without a mount; give the pose of its station instead")
+                station = self.network.image_stations[image]
+            else:
+                station = self.stations.find(section.text("station"), where)
+            quaternion = section.vector("quaternion", 4)
+            if abs(quaternion @ quaternion - 1) > 1e-6:
+                raise section.fail("quaternion", "a unit quaternion")
+            pose = pose_from(section.vector("position_m", 3), quaternion)
+            if section.one_of("sigma_rad", "covariance") == "covariance":
+                if section.has("sigma_m"):
+                    raise section.fail("sigma_m", "omitted beside `covariance`")
+                covariance = section.covariance("covariance", 6)
+            else:
+                covariance = pose_covariance(pose, section.sigmas("sigma_rad"), section.sigmas("sigma_m"))
+            self.network.add_pose_prior(station, pose, covariance)
 
     def check_points(self) -> dict[str, list[float]]:
         """Positions of check points by name; they are compared with the result and are not used in the adjustment."""
@@ -311,63 +374,11 @@ def read_network_and_checks(path: str | Path) -> tuple[Network, Datum, dict[str,
     reader.read_rigs()
     reader.read_images()
     reader.read_observations()
+    reader.add_elements()
     reader.read_constraints()
+    reader.read_pose_priors()
     try:
         reader.network.check()
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from error
     return reader.network, reader.datum(), reader.check_points()
-
-
-def image_table(network: Network) -> bytes:
-    """Table of the poses of all images, as for the key `images` of a network file."""
-    names, cameras = network.image_names, network.camera_names
-    return table_bytes(
-        ("name", "camera", *POSE),
-        ((name, cameras[camera], *pose_columns(network.cam_from_world(i)))
-         for i, (name, camera) in enumerate(zip(names, network.image_cameras))),
-    )
-
-
-def network_files(network: Network) -> dict[str, bytes]:
-    """Network file and tables for read_network().
-
-    Contains the used observations, without distances, control points, priors and rigs.
-    """
-    points, names = np.asarray(network.points_m), network.point_names
-    images, bodies = network.image_names, network.body_names
-
-    def target_text(row: NDArray[np.float64]) -> str:
-        return names[int(row[1])] if row[1] >= 0 else f"{bodies[int(row[2])]}.{int(row[3])}"
-
-    files = {
-        "images.csv": image_table(network),
-        "observations.csv": table_bytes(
-            ("image", "target", "x_px", "y_px", "sigma_x_px", "sigma_y_px"),
-            ((images[int(row[0])], target_text(row), *map(float, row[4:8]))
-             for row in np.asarray(network.observations) if row[8] > 0),
-        ),
-    }
-    lines = [f"schema: {SCHEMA}", "cameras:"]
-    for name, camera, free in zip(network.camera_names, network.cameras, network.free_parameters):
-        files[f"{name}.yaml"] = format_camera(camera).encode()
-        lines.append(f"  - {{name: {name}, file: {name}.yaml, free: [{', '.join(free)}]}}")
-    if names:
-        rows = ((name, *map(float, at)) for name, at in zip(names, points))
-        files["points.csv"] = table_bytes(("name", *POSE[:3]), rows)
-        lines.append("points: points.csv")
-    if bodies:
-        corners = zip(bodies, network.body_corners_m, network.body_scales)
-        files["shapes.csv"] = table_bytes(
-            ("shape", *POSE[:3]),
-            ((name, *map(float, scale * corner)) for name, body, scale in corners for corner in np.asarray(body)),
-        )
-        files["bodies.csv"] = table_bytes(
-            ("name", "shape", *POSE),
-            ((name, name, *pose_columns(np.asarray(np.linalg.inv(pose), dtype=float)))
-             for name, pose in zip(bodies, network.body_poses)),
-        )
-        lines += ["shapes: shapes.csv", "bodies: bodies.csv"]
-    lines += ["images: images.csv", "observations: observations.csv", ""]
-    files["network.yaml"] = "\n".join(lines).encode()
-    return files

@@ -23,6 +23,9 @@ def read_observations(path: Path, network: Network) -> tuple[list[str], list[lis
     """Reads the names and image observations of points. Raises: OSError; ValueError naming line, column and value."""
     images = {name: i for i, name in enumerate(network.image_names)}
     points: dict[str, list[ImageObservation]] = {}
+    cameras = network.cameras
+    periods = [cameras[camera].period_px for camera in network.image_cameras]
+    seen: dict[tuple[str, str], list[tuple[int, float]]] = {}  # lines and columns of a point in an image
     for row in read_table(path, ("point", "image", "x_px", "y_px"), ("sigma_x_px", "sigma_y_px")):
         if row.text("image") not in images:
             raise row.fail("image", f"an image of the network ({', '.join(list(images)[:8])})")
@@ -31,6 +34,15 @@ def read_observations(path: Path, network: Network) -> tuple[list[str], list[lis
         if not (sigma > 0).all():
             raise row.fail("sigma_x_px" if not sigma[0] > 0 else "sigma_y_px", "positive")
         at = np.array([row.number("x_px"), row.number("y_px")])
+        same = seen.setdefault((row.text("image"), row.text("point")), [])
+        period = periods[images[row.text("image")]]
+        for line, x_px in same:
+            if abs(at[0] - x_px) <= period / 2:  # a panorama may show a point again after a full rotation
+                raise ValueError(
+                    f"{row.where}: point {row.text('point')!r} occurs twice in image {row.text('image')!r}, first in "
+                    f"line {line}; keep one of the two observations"
+                )
+        same.append((row.line, float(at[0])))
         points.setdefault(row.text("point"), []).append((images[row.text("image")], at, sigma))
     return list(points), list(points.values())
 

@@ -17,12 +17,14 @@ from ..._core import (
     Selection,
     adjust,
     format_camera,
+    free_parameter_directions,
     select_parameters,
 )
 from ...network.files import image_table
 from ..progress import QUIET_S, progress
 from ..result_folder import ResultFolder, json_bytes
 from . import figures, report
+from .covariance import bodies_csv, covariance_npz
 from .export import points_csv, points_ply
 from .summary import Calibration, calibration_of, summary
 
@@ -81,9 +83,10 @@ def calibrate(
 
 # Groups of parameters in the order in which the ladder adds them.
 GROUPS = (
-    ("c_px", "cy_px"), ("fx_px", "fy_px"), ("cx_px", "cy_px"), ("ex_m", "ey_m", "ez_m"), ("tilt_x_rad", "tilt_y_rad"),
-    ("angle_per_px_rad",), ("k1", "k2"), ("p1", "p2"), ("k3", "k4", "k5", "k6"), ("s1", "s2", "s3", "s4"),
-    ("tau_x", "tau_y"), ("xi", "alpha"), ("skew_px",), tuple(f"tumbling{i}_rad" for i in range(1, 7)),
+    ("c_px", "cy_px"), ("f_px", "fx_px", "fy_px"), ("cx_px", "cy_px"), ("ex_m", "ey_m", "ez_m"),
+    ("tilt_x_rad", "tilt_y_rad"), ("angle_per_px_rad",), ("k1", "k2"), ("p1", "p2"), ("k3", "k4", "k5", "k6"),
+    ("s1", "s2", "s3", "s4"), ("tau_x", "tau_y"), ("a1", "a2", "a3"), ("b1", "b2"), ("c1", "c2"),
+    ("xi", "alpha"), ("skew_px",), tuple(f"tumbling{i}_rad" for i in range(1, 7)),
 )
 
 
@@ -133,11 +136,8 @@ def stated_camera(c: Calibration, index: int) -> Camera:
     free = c.network.free_parameters[index]
     if not (c.known.ok and free):
         return camera
-    names = [parameter.name for parameter in camera.parameters]
-    at = [names.index(name) for name in free]
-    covariance = np.zeros((len(names), len(names)))
-    covariance[np.ix_(at, at)] = c.known.parameters(index)
-    return camera.with_parameter_covariance(covariance)
+    directions = free_parameter_directions(camera, free)
+    return camera.with_parameter_covariance(directions @ c.known.parameters(index) @ directions.T)
 
 
 def camera_files(name: str, camera: Camera) -> dict[str, bytes]:
@@ -162,6 +162,12 @@ def write(folder: ResultFolder, c: Calibration, title: str, extra: Sequence[str]
         covariances = c.known.points() if c.known.ok else np.full((len(c.network.point_names), 3, 3), np.inf)
         folder.write("points.csv", points_csv(c.network.point_names, c.network.points_m, covariances))
         folder.write("points.ply", points_ply(c.network.points_m, covariances))
+    if c.known.ok:
+        if c.network.body_names:
+            folder.write("bodies.csv", bodies_csv(c.network, c.known))
+        joint = covariance_npz(c.network, c.known)
+        if joint is not None:
+            folder.write("covariance.npz", joint)
     maps = [uncertainty(c, k) for k in range(len(c.network.cameras))]
     folder.write("report.html", report.html(c, title, extra, maps))
     return data

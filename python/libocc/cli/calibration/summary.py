@@ -18,6 +18,7 @@ from ..._core import (
     Target,
     VarianceComponents,
     check_points,
+    free_parameter_value,
     image_residuals_px,
     network_statistics,
     precision,
@@ -114,13 +115,11 @@ class Calibration:
         for k, (camera, name, free) in enumerate(
             zip(self.network.cameras, self.network.camera_names, self.network.free_parameters)
         ):
-            before = {p.name: p.value for p in self.start.cameras[k].parameters}
             sigmas = np.sqrt(np.diag(self.known.parameters(k))) if self.known.ok else np.full(len(free), np.inf)
-            by_name = {p.name: p for p in camera.parameters}
-            found += [
-                Parameter(name, p, by_name[p].unit, by_name[p].value, float(sigma), before[p])
-                for p, sigma in zip(free, sigmas)
-            ]
+            for parameter, sigma in zip(free, sigmas):
+                now = free_parameter_value(camera, parameter)
+                before = free_parameter_value(self.start.cameras[k], parameter).value
+                found.append(Parameter(name, parameter, now.unit, now.value, float(sigma), before))
         return found
 
     def correlations(self, camera: int) -> NDArray[np.float64]:

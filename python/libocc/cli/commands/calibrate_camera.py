@@ -13,7 +13,7 @@ from ..exif import FocalLength, camera_tags, focal_length, zoom
 from ..progress import progress
 from .calibrate_options import add_distances, adjustment_options, distance_option, finish
 
-MODELS = ("pinhole", "fisheye", "double_sphere")
+MODELS = ("pinhole", "fisheye", "double_sphere", "brown_forward", "brown_backward")
 MAX_SIZE_M = 10.0  # a larger number is probably in millimetres
 MAX_FOCAL_CHANGE = 0.03  # relative; the whole millimetres of an equal focal length differ by less
 
@@ -30,8 +30,8 @@ def board_of(ctx: click.Context, param: click.Parameter, value: str | None) -> t
 
 
 def free_parameters(camera: occ.Camera) -> list[str]:
-    """All parameters except the skew."""
-    return [parameter.name for parameter in camera.parameters if parameter.name != "skew_px"]
+    """All parameters except the skew, and C1 and C2 of Brown's distortion, to which fx_px and fy_px are equivalent."""
+    return [parameter.name for parameter in camera.parameters if parameter.name not in ("skew_px", "c1", "c2")]
 
 
 def focal_of_pictures(images: Sequence[str], size: tuple[int, int]) -> tuple[FocalLength | None, list[str]]:
@@ -71,7 +71,7 @@ def start_camera(
     width, height = size
     middle = {"cx_px": (width - 1) / 2, "cy_px": (height - 1) / 2}
     notes = []
-    if focal_px is None and model == "pinhole":
+    if focal_px is None and model in ("pinhole", "brown_forward", "brown_backward"):
         pinhole, status, message = occ.network.start_pinhole(views, width, height)
         if status is occ.Status.ok:
             focal_px = pinhole.fx_px
@@ -89,6 +89,10 @@ def start_camera(
         return occ.Camera.double_sphere(**common, xi=0.0, alpha=0.5), notes
     if model == "fisheye":
         return occ.Camera.fisheye(**common, distortion=[0.0] * min(coefficients, 4)), notes
+    if model in ("brown_forward", "brown_backward"):
+        make = occ.Camera.brown_forward if model == "brown_forward" else occ.Camera.brown_backward
+        # The unit is the focal length: coefficients have the size of OpenCV's.
+        return make(**common, distortion=[0.0] * 7, unit_px=focal_px), notes
     return occ.Camera.pinhole(**common, distortion=[0.0] * coefficients), notes
 
 

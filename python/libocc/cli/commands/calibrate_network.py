@@ -1,11 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
+from pathlib import Path
+
 import click
 
 import libocc as occ
 
 from ...network.files import read_network_and_checks
+from ...network.importing import FORMATS, format_of, import_network
 from ...samples import find_network
 from .. import error_context
+from ..progress import progress
 from .calibrate_options import adjustment_options, finish
 
 
@@ -23,12 +27,18 @@ def command(
     ...
 
     Adjusts a network: cameras, their poses, points, image observations and measured distances. NETWORK is
-    a file (data/calibration/README.md) or the name of a network that comes with libocc. The folder has
+    a file (data/calibration/README.md), the name of a network that comes with libocc, or a network of another
+    program, as `libocc import-network` reads it (AICON, PhotoModeler, COLMAP, BAL). The folder has
     report.html, result.json, camera files, points.csv, points.ply and images.csv. Exit code 0: adjusted;
     1: not determined or not converged (the folder has the last state); 2: bad input.
     """
-    with error_context(file):
-        network, given, checks = read_network_and_checks(find_network(file))
+    notes: list[str] = []
+    with error_context(file), progress("reading", 1):
+        if Path(file).exists() and format_of(file) in FORMATS:
+            imported = import_network(file)
+            network, given, checks, notes = imported.network, imported.datum, imported.check_points, imported.notes
+        else:
+            network, given, checks = read_network_and_checks(find_network(file))
         datum = given if datum_kind is None else occ.network.Datum(kind=occ.network.DatumKind[datum_kind])
     finish(ctx, network, datum, out=out, title=f"Network {file}", checks=checks, select=select, ladder=ladder,
-           robust=robust, as_json=as_json, settings={"kind": "network", "file": file})
+           notes=notes, robust=robust, as_json=as_json, settings={"kind": "network", "file": file})

@@ -2,12 +2,12 @@
 """Schemas of networks, trajectories, sweeps and hard cases."""
 
 from ..._core import DatumKind
-from ...network import files as networks
+from ...network import sections as networks
 from ..dataset.images import FORMATS
 from ..hard_cases import cases
 from ..poses import KEYS as POSE_KEYS
 from ..sweep import plan, ranges
-from .structs import NUMBER, TEXT, WHOLE, Schema, described, document, listed, mapping, vector, words
+from .structs import NUMBER, TEXT, WHOLE, Schema, described, document, listed, mapping, matrix, vector, words
 
 VALUE: Schema = {"type": ["number", "string", "boolean", "array"]}  # of a parameter
 
@@ -64,6 +64,7 @@ def sweep() -> Schema:
 def network() -> Schema:
     tables = ("images", "stations", "mounts", "points", "bodies", "shapes", "observations", "check_points")
     names = listed(TEXT)
+    sigmas: Schema = {"anyOf": [NUMBER, vector(3)]}  # one for all axes, or three
     properties: dict[str, Schema] = {
         "cameras": listed(mapping({"name": TEXT, "file": TEXT, "free": names}, ["name", "file"]), 1),
         **{key: described(TEXT, "table: a CSV file in the same folder") for key in tables},
@@ -72,15 +73,32 @@ def network() -> Schema:
                 {"from": TEXT, "to": TEXT, "length_m": NUMBER, "sigma_m": NUMBER}, ["from", "to", "length_m", "sigma_m"]
             )
         ),
-        "control": listed(
-            mapping({"target": TEXT, "position_m": vector(3), "sigma_m": NUMBER}, ["target", "position_m", "sigma_m"])
-        ),
+        "control": listed({
+            **mapping(
+                {"target": TEXT, "position_m": vector(3), "sigma_m": sigmas, "covariance_m2": matrix(3)},
+                ["target", "position_m"],
+            ),
+            "oneOf": [{"required": ["sigma_m"]}, {"required": ["covariance_m2"]}],
+        }),
         "priors": listed(
             mapping(
                 {"camera": TEXT, "parameter": TEXT, "value": NUMBER, "sigma": NUMBER},
                 ["camera", "parameter", "value", "sigma"],
             )
         ),
+        "pose_priors": listed({
+            **mapping(
+                {
+                    "image": TEXT, "station": TEXT, "position_m": vector(3), "quaternion": vector(4),
+                    "sigma_rad": sigmas, "sigma_m": sigmas, "covariance": matrix(6),
+                },
+                ["position_m", "quaternion"],
+            ),
+            "allOf": [
+                {"oneOf": [{"required": ["image"]}, {"required": ["station"]}]},
+                {"oneOf": [{"required": ["sigma_rad", "sigma_m"]}, {"required": ["covariance"]}]},
+            ],
+        }),
         "datum": mapping({"kind": words(*DatumKind.__members__), "targets": names}, ["kind"]),
     }
     assert set(properties) == set(networks.KEYS) - {"schema"}

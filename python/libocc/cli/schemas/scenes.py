@@ -103,6 +103,16 @@ def camera(with_file: bool = True) -> Schema:
         "xi": described(NUMBER, "parameter of the double-sphere model"),
         "alpha": described(NUMBER, "parameter of the double-sphere model"),
     }
+    brown = {
+        "unit_px": described(NUMBER, "number of pixels in the unit of the coefficients [px]"),
+        "r0": described(NUMBER, "radius without radial correction, in that unit"),
+    }
+    panorama = {
+        "angle_per_px_rad": described(NUMBER, "angle between two columns [rad]"),
+        "fy_px": described(NUMBER, "pixels per radian of latitude [px]"),
+        "cx_px": described(NUMBER, "column of the z axis [px]"),
+        "cy_px": described(NUMBER, "row of the horizon [px]"),
+    }
     line = {
         "c_px": described(NUMBER, "camera constant over the pixel pitch of the line array [px]"),
         "angle_per_px_rad": described(NUMBER, "angle of the turntable between two columns [rad]"),
@@ -118,13 +128,23 @@ def camera(with_file: bool = True) -> Schema:
     focal = [{"required": ["fx_px"]}, {"required": ["focal_length_m"]}]
     rotating = {"properties": {"model": {"pattern": "^rotating_line"}}, "required": ["model"]}
     spherical = {"properties": {"model": {"const": "double_sphere"}}, "required": ["model"]}
+    backward = {"properties": {"model": {"pattern": "^brown_"}}, "required": ["model"]}
+    around = {"properties": {"model": {"const": "equirectangular"}}, "required": ["model"]}
     inline: Schema = {
         "if": rotating,
         "then": mapping({**size, **line}, [*sizes, "c_px"]),
         "else": {
             "if": spherical,
             "then": {**mapping({**size, **plane, **sphere}, [*sizes, "xi", "alpha"]), "anyOf": focal},
-            "else": {**mapping({**size, **plane, **flat}, sizes), "anyOf": focal},
+            "else": {
+                "if": backward,
+                "then": {**mapping({**size, **plane, **flat, **brown}, [*sizes, "unit_px"]), "anyOf": focal},
+                "else": {
+                    "if": around,
+                    "then": mapping({**size, **panorama}, sizes),
+                    "else": {**mapping({**size, **plane, **flat}, sizes), "anyOf": focal},
+                },
+            },
         },
     }
     if not with_file:

@@ -24,6 +24,12 @@ def vector(size: int) -> Schema:
     return {"type": "array", "items": NUMBER, "minItems": size, "maxItems": size}
 
 
+def matrix(size: int) -> Schema:
+    """A list of rows, or of all numbers row by row."""
+    rows = {"type": "array", "items": vector(size), "minItems": size, "maxItems": size}
+    return {"anyOf": [rows, vector(size * size)]}
+
+
 def words(*names: str) -> Schema:
     return {"enum": list(names)}
 
