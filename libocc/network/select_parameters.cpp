@@ -35,8 +35,11 @@ Network nominal_network(Network network, const std::vector<Camera>& cameras) {
   require(cameras.size() == network.cameras.size(), "nominal", cameras.size(),
           "one camera for each of the network");
   for (std::size_t i = 0; i < cameras.size(); ++i) {
-    for (const std::string& name : network.cameras[i].free_parameters)
-      find_parameter(cameras[i], name);
+    const Camera& given = network.cameras[i].camera;
+    require(cameras[i].kind() == given.kind() &&
+                cameras[i].parameters().size() == given.parameters().size(),
+            "nominal[" + std::to_string(i) + "]", name_of(cameras[i].kind()),
+            std::string("a ") + name_of(given.kind()) + " with as many parameters");
     network.cameras[i].camera = cameras[i];
   }
   return network;

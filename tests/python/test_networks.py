@@ -125,7 +125,7 @@ def test_the_command_writes_a_complete_folder(network: Path, tmp_path: Path) -> 
 
 def test_the_ladder_frees_each_parameter_once() -> None:
     network, datum = read_network(PANORAMA / "network.yaml")
-    names, sigma0 = ladder(network, datum, occ.network.adjust(network, datum=datum).rejected)
+    names, sigma0 = ladder(network, datum, occ.network.adjust(network, datum=datum).network)
     assert names == ["none", "c cy", "ex ey", "tilt_x tilt_y", "angle_per_px", "k1 k2"]
     assert sorted(sigma0, reverse=True) == sigma0 and sigma0[0] > 5 and 0.9 < sigma0[-1] < 1.1
 
