@@ -64,7 +64,7 @@ struct CornerModel {
   }
 };
 
-/// Pixels of a window, row by row, with the rows of the model's derivatives.
+/// Pixels in the circle of a window, with the rows of the model's derivatives.
 class CornerPixels {
  public:
   int x = 0, y = 0, half = 0;  // middle
@@ -75,22 +75,20 @@ class CornerPixels {
     if (!grey.holds(centre, half + 1)) return false;
     x = static_cast<int>(std::lround(centre.x()));
     y = static_cast<int>(std::lround(centre.y()));
-    const int side = 2 * half + 1;
-    count_ = (side * side + kernel_lanes - 1) / kernel_lanes * kernel_lanes;
-    for (std::vector<float>* values : {&x_, &y_, &grey_, &inside_})
-      values->assign(static_cast<std::size_t>(count_), 0.0F);
-    rows_.resize(static_cast<std::size_t>((unknowns + 1) * count_));
-    used = 0;
-    std::size_t i = 0;
+    for (std::vector<float>* values : {&x_, &y_, &grey_}) values->clear();
     for (int v = -half; v <= half; ++v)
-      for (int u = -half; u <= half; ++u, ++i) {
-        x_[i] = static_cast<float>(u);
-        y_[i] = static_cast<float>(v);
+      for (int u = -half; u <= half; ++u) {
         if (u * u + v * v > radius_px * radius_px) continue;
-        grey_[i] = static_cast<float>(grey.pixel(x + u, y + v));
-        inside_[i] = 1;
-        used += 1;
+        x_.push_back(static_cast<float>(u));
+        y_.push_back(static_cast<float>(v));
+        grey_.push_back(static_cast<float>(grey.pixel(x + u, y + v)));
       }
+    used = static_cast<double>(x_.size());
+    inside_.assign(x_.size(), 1.0F);
+    const std::size_t padded = (x_.size() + kernel_lanes - 1) / kernel_lanes * kernel_lanes;
+    for (std::vector<float>* values : {&x_, &y_, &grey_, &inside_}) values->resize(padded, 0.0F);
+    count_ = static_cast<int>(padded);
+    rows_.resize((unknowns + 1) * padded);
     return true;
   }
 
@@ -102,6 +100,8 @@ class CornerPixels {
 
   double mean_grey() const { return lane_dot(grey_.data(), inside_.data(), count_) / used; }
   int count() const { return count_; }
+  int offset_x(int i) const { return static_cast<int>(x_[static_cast<std::size_t>(i)]); }
+  int offset_y(int i) const { return static_cast<int>(y_[static_cast<std::size_t>(i)]); }
   /// Row of the last evaluate(): a derivative, or the residuals.
   const float* row(int k) const { return rows_.data() + k * count_; }
 
@@ -136,6 +136,10 @@ bool is_plausible(const CornerModel& model, double radius_px) {
          std::abs(std::sin(model.angles[1] - model.angles[0])) > min_sine;
 }
 
+// A last step of 2e-3 px leaves 1e-5 px, as Newton's steps converge quadratically. The first window
+// is about the corner of the reduced image.
+constexpr double coarse_px = 0.1, fine_px = 2e-3;
+
 /// Information about the overshoot apart from the pixels. If the edges are parallel to the rows,
 /// all pixels have a few distances from them, which do not determine position, blur and overshoot.
 double overshoot_information(const CornerEquations& equations, double pixels) {
@@ -168,7 +172,7 @@ bool adjust_model(CornerPixels& pixels, double radius_px, double tolerance_px, C
     const CornerModel next = model.moved(step);
     if (is_plausible(next, radius_px)) {
       // The rounding of single precision hides improvements by smaller steps.
-      if ((damping <= final_damping || i + 1 == max_steps) &&
+      if ((damping <= final_damping || tolerance_px > fine_px || i + 1 == max_steps) &&
           step.segment<2>(0).norm() < tolerance_px) {
         model = next;
         return true;
@@ -200,18 +204,16 @@ bool describe_fit(CornerPixels& pixels, const CornerModel& model, CornerFit& fit
   const Eigen::MatrixXd rows = factors.solve(of_centre);
   fit.raster.resize(pixels.half);
   double squared = 0, weights = 0;
-  int i = 0;
-  for (int v = -pixels.half; v <= pixels.half; ++v)
-    for (int u = -pixels.half; u <= pixels.half; ++u, ++i) {
-      double influence[2] = {0, 0};
-      for (int k = 0; k < unknowns; ++k)
-        for (const int axis : {0, 1}) influence[axis] += rows(k, axis) * pixels.row(k)[i];
-      const double residual = pixels.row(unknowns)[i];
-      const double weight = influence[0] * influence[0] + influence[1] * influence[1];
-      squared += weight * residual * residual;
-      weights += weight;
-      fit.raster.set(u, v, influence[0], influence[1], residual);
-    }
+  for (int i = 0; i < static_cast<int>(pixels.used); ++i) {
+    double influence[2] = {0, 0};
+    for (int k = 0; k < unknowns; ++k)
+      for (const int axis : {0, 1}) influence[axis] += rows(k, axis) * pixels.row(k)[i];
+    const double residual = pixels.row(unknowns)[i];
+    const double weight = influence[0] * influence[0] + influence[1] * influence[1];
+    squared += weight * residual * residual;
+    weights += weight;
+    fit.raster.set(pixels.offset_x(i), pixels.offset_y(i), influence[0], influence[1], residual);
+  }
   constexpr double rounding = 1 / 12.0;  // variance of rounded grey levels
   fit.variance = std::max(squared / weights * pixels.used / (pixels.used - unknowns), rounding);
   fit.px = Vector2d(pixels.x, pixels.y) + model.centre;
@@ -298,9 +300,6 @@ double InfluenceRaster::lagged_dot(const std::vector<float>& a, const std::vecto
 
 bool fit_corner(const GreyImage& grey, const CornerStart& start, CornerFit& fit) {
   constexpr int max_windows = 5;
-  // A last step of 2e-3 px leaves 1e-5 px, as Newton's steps converge quadratically. The first
-  // window is about the corner of the reduced image.
-  constexpr double coarse_px = 0.1, fine_px = 2e-3;
   CornerModel model;
   for (const int k : {0, 1}) model.angles[k] = std::atan2(start.edges[k].y(), start.edges[k].x());
   model.blur_px = std::min(start.blur_px, 0.5 * start.radius_px);

@@ -8,7 +8,8 @@
 namespace occ::internal::landmarks {
 
 constexpr int corner_unknowns = 12;
-constexpr int kernel_lanes = 8;  ///< counts of pixels are multiples of it
+/// Counts of pixels are multiples of it. Sums of several registers do not wait for one another.
+constexpr int kernel_lanes = 32;
 
 /// Values of the model of corner_fit.hpp. Gradients are per half window.
 struct CornerParameters {
@@ -20,7 +21,7 @@ struct CornerParameters {
   float overshoot = 0;                        ///< c
 };
 
-/// Pixels of a window. `inside` is 1 in the circle and 0 elsewhere.
+/// Pixels of a window. `inside` is 1, and 0 for the padding.
 struct CornerWindow {
   const float *x, *y, *grey, *inside;
   int count;
