@@ -104,7 +104,9 @@ TargetRenderer board_in_front(int width, int height, double side_px, double turn
           Eigen::Vector3d(-4 * board.square_m, -2.5 * board.square_m, 0);
   TargetImageOptions options;
   options.noise_dn = 2;
-  return TargetRenderer({{}, {}, {board}}, camera, {}, options);
+  TargetField field;
+  field.boards = {board};
+  return TargetRenderer(field, camera, {}, options);
 }
 
 TEST(Chessboard, LargeImagesAreSearchedReducedAndMeasuredInFull) {

@@ -53,7 +53,7 @@ struct CornerFit {
   Eigen::Vector2d px = Eigen::Vector2d::Zero();
   double blur_px = 0, contrast = 0;
   InfluenceRaster raster;
-  double variance = 0;  ///< of the pixels' noise, weighted by their influence
+  double variance = 0;  ///< variance of the pixels' noise, weighted by their influence
 };
 
 /// False if the fit does not converge near its start, the window leaves the image, or the contrast
