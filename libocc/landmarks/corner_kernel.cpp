@@ -85,13 +85,18 @@ LIBOCC_INLINE void evaluate_body(const CornerParameters& p, const CornerWindow& 
 LIBOCC_MULTIVERSION(evaluate, (const CornerParameters& p, const CornerWindow& w, float* rows),
                     (p, w, rows))
 
-/// Sums of each lane.
+constexpr int folded_lanes = 4;
+static_assert(kernel_lanes == 32, "lanes are folded by halves");
+
+/// Sums of each lane, folded to four in a fixed order.
 template <Simd>
 LIBOCC_INLINE void lane_sums_body(const float* a, const float* b, int count, float* sums) {
   float lanes[kernel_lanes] = {};
   for (int i = 0; i < count; i += kernel_lanes)
     for (int k = 0; k < kernel_lanes; ++k) lanes[k] += a[i + k] * b[i + k];
-  for (int k = 0; k < kernel_lanes; ++k) sums[k] = lanes[k];
+  for (int k = 0; k < 16; ++k) lanes[k] += lanes[k + 16];
+  for (int k = 0; k < 8; ++k) lanes[k] += lanes[k + 8];
+  for (int k = 0; k < folded_lanes; ++k) sums[k] = lanes[k] + lanes[k + folded_lanes];
 }
 LIBOCC_MULTIVERSION(lane_sums, (const float* a, const float* b, int count, float* sums),
                     (a, b, count, sums))
@@ -104,11 +109,9 @@ void evaluate_corner(const CornerParameters& parameters, const CornerWindow& win
 
 double lane_dot(const float* a, const float* b, int count) {
   static const auto sum = lane_sums_for(widest_simd());
-  float sums[kernel_lanes];
+  float sums[folded_lanes];
   sum(a, b, count, sums);
-  double total = 0;
-  for (const float value : sums) total += value;
-  return total;
+  return (static_cast<double>(sums[0]) + sums[1]) + (static_cast<double>(sums[2]) + sums[3]);
 }
 
 }  // namespace occ::internal::landmarks

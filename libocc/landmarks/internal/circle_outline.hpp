@@ -15,10 +15,10 @@ namespace occ::internal::landmarks {
 /// An ellipse with the residuals of its outline.
 struct EllipseOutline {
   Eigen::Vector2d centre_px = Eigen::Vector2d::Zero();
-  Eigen::Matrix2d shape = Eigen::Matrix2d::Identity();      ///< S [px]
-  Eigen::Matrix2d cofactors = Eigen::Matrix2d::Identity();  ///< of the centre, for edges of unit
-                                                            ///< variance
-  std::vector<double> residuals;  ///< of the edges around the ellipse [px]; outliers are zero
+  Eigen::Matrix2d shape = Eigen::Matrix2d::Identity();  ///< S [px]
+  /// Cofactors of the centre, for edges of unit variance.
+  Eigen::Matrix2d cofactors = Eigen::Matrix2d::Identity();
+  std::vector<double> residuals;  ///< residuals around the ellipse [px]; zero for an outlier
   int outliers = 0;
 };
 
