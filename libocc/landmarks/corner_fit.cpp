@@ -192,6 +192,33 @@ bool adjust_model(CornerPixels& pixels, double radius_px, double tolerance_px, C
   return false;
 }
 
+/// The part of the residuals that changes its sign at the corner, times sqrt(2): independent noise
+/// keeps its variance. The other part, for example of edges that are not blurred as the model, does
+/// not move the corner, because the influences change their sign, too.
+std::vector<double> odd_residuals(const CornerPixels& pixels, const Vector2d& centre) {
+  const int side = 2 * pixels.half + 1, count = static_cast<int>(pixels.used);
+  const float* residuals = pixels.row(unknowns);
+  std::vector<int> index(static_cast<std::size_t>(side * side), -1);
+  const auto at = [&](int u, int v) -> int {
+    if (std::abs(u) > pixels.half || std::abs(v) > pixels.half) return -1;
+    return index[static_cast<std::size_t>((v + pixels.half) * side + u + pixels.half)];
+  };
+  for (int i = 0; i < count; ++i)
+    index[static_cast<std::size_t>((pixels.offset_y(i) + pixels.half) * side + pixels.offset_x(i) +
+                                   pixels.half)] = i;
+  // Mirrored pixels are pixels again if the mirror is a multiple of half a pixel.
+  const int twice_x = static_cast<int>(std::lround(2 * centre.x()));
+  const int twice_y = static_cast<int>(std::lround(2 * centre.y()));
+  std::vector<double> odd;
+  for (int i = 0; i < count; ++i) {
+    const int mirrored = at(twice_x - pixels.offset_x(i), twice_y - pixels.offset_y(i));
+    odd.push_back(mirrored < 0 ? residuals[i]
+                               : std::sqrt(0.5) * (static_cast<double>(residuals[i]) -
+                                                   static_cast<double>(residuals[mirrored])));
+  }
+  return odd;
+}
+
 /// Residuals, influences and variance of a fit.
 bool describe_fit(CornerPixels& pixels, const CornerModel& model, CornerFit& fit) {
   const CornerEquations equations(pixels, model);
@@ -203,12 +230,13 @@ bool describe_fit(CornerPixels& pixels, const CornerModel& model, CornerFit& fit
   of_centre.topRows<2>().setIdentity();
   const Eigen::MatrixXd rows = factors.solve(of_centre);
   fit.raster.resize(pixels.half);
+  const std::vector<double> odd = odd_residuals(pixels, model.centre);
   double squared = 0, weights = 0;
   for (int i = 0; i < static_cast<int>(pixels.used); ++i) {
     double influence[2] = {0, 0};
     for (int k = 0; k < unknowns; ++k)
       for (const int axis : {0, 1}) influence[axis] += rows(k, axis) * pixels.row(k)[i];
-    const double residual = pixels.row(unknowns)[i];
+    const double residual = odd[static_cast<std::size_t>(i)];
     const double weight = influence[0] * influence[0] + influence[1] * influence[1];
     squared += weight * residual * residual;
     weights += weight;
@@ -220,7 +248,8 @@ bool describe_fit(CornerPixels& pixels, const CornerModel& model, CornerFit& fit
   fit.blur_px = model.blur_px;
   fit.contrast = 2 * std::abs(model.step);
   constexpr double min_significance = 3;  // contrast, in standard deviations of a pixel
-  return fit.contrast * fit.contrast > min_significance * min_significance * fit.variance;
+  return fit.contrast * fit.contrast * pixels.used >
+         min_significance * min_significance * equations.squared;
 }
 
 constexpr int lag_side = 2 * max_lag_px + 1;

@@ -3,6 +3,7 @@
 
 import io
 import math
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -93,6 +94,20 @@ def test_boards_are_found_tilted_far_dark_and_blurred() -> None:
         pixels, truth = board_view(seed)
         found = occ.targets.find_chessboard(phone_picture(pixels, seed, blur_px=4), 9, 6)
         assert found is not None and np.abs(found[0] - truth).max() < 1.5, seed
+
+
+def test_hidden_corners_are_named(libocc: Callable[..., tuple[int, str, str]]) -> None:
+    for seed in range(4):
+        pixels, truth = board_view(seed)
+        if seed == 2:
+            x, y = truth[20].round().astype(int)
+            pixels[y - 14 : y + 15, x - 14 : x + 15] = 255
+        occ.write_image(f"{seed}.png", phone_picture(pixels, seed))
+    names = [f"{seed}.png" for seed in range(4)]
+    code, out, err = libocc("calibrate", "camera", *names, "--chessboard", "9x6", "--square", 0.025, "--out", "out")
+    assert code == 0, err
+    notes = [line for line in (out + err).splitlines() if "measured coarsely" in line]
+    assert len(notes) == 1 and "2.png: 1 corners" in notes[0]
 
 
 def test_photographs_without_a_board_have_none() -> None:

@@ -11,7 +11,8 @@
 //
 // The noise of the pixels is correlated by demosaicing, sharpening and JPEG compression. Its
 // variance and its correlation are therefore estimated from the residuals, with the weights that
-// the pixels have in the position. Residuals of all corners of the board are pooled for the
+// the pixels have in the position. Only their odd part about the corner counts, as it alone moves
+// the corner. Residuals of all corners of the board are pooled for the
 // correlation.
 #pragma once
 
@@ -38,7 +39,7 @@ constexpr int max_lag_px = 4;  ///< range of the correlation by demosaicing, sha
 /// zeros, so that products of pixels at a lag are those of shifted arrays.
 struct InfluenceRaster {
   int half = 0, stride = 0;
-  std::vector<float> x, y, residual;  ///< zero outside the circle of the window
+  std::vector<float> x, y, residual;  ///< zero outside the circle; residuals: their odd part
 
   void resize(int half_px);
   void set(int u, int v, double influence_x, double influence_y, double off);

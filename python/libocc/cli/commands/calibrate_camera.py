@@ -212,6 +212,11 @@ def command(
     free = free_parameters(start)
     if chessboard is not None:
         started = pictures.network_of_boards(start, free, images, boards, points)
+        hidden = {image: board.unfitted for image, board in zip(images, boards) if board is not None and board.unfitted}
+        notes += [
+            f"{image}: {count} corners are measured coarsely or predicted by their neighbours: glare, or something "
+            "covers them" for image, count in hidden.items()
+        ]
         network = started.network
     elif circles is not None:
         assert diameter_m is not None
