@@ -297,12 +297,15 @@ CornerGrid oriented(const CornerGrid& found) {
 std::optional<CornerGrid> find_grid(const GreyLevel& level,
                                     const std::vector<SaddleCorner>& corners, int columns,
                                     int rows) {
-  constexpr double min_part = 0.6;       // of the corners; the others are searched
+  constexpr double min_part = 0.6;  // of the corners; the others are searched
+  constexpr std::size_t extra_corners = 4;
   constexpr std::size_t max_tries = 12;  // places with equally many corners
   const auto count = static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows);
   const auto min_corners =
       static_cast<std::size_t>(std::ceil(min_part * static_cast<double>(count)));
   for (const LinkedGrid& grid : linked_grids(level, corners, min_corners)) {
+    // Corners beside the board may continue its grid; more of them are a larger board.
+    if (grid.size() > std::max(count + extra_corners, count + count / 8)) continue;
     const std::vector<BoardPlace> places = places_of(grid, columns, rows, min_corners);
     std::optional<CornerGrid> found;
     bool is_unique = true;

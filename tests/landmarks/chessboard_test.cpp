@@ -162,6 +162,22 @@ Image changed(Image image, const std::function<double(int, int, double)>& change
   return image;
 }
 
+TEST(Chessboard, APartOfACoveredBoardIsRejected) {
+  // An L of 18 corners remains, which has only one place for a board of 4 x 3.
+  const TargetRenderer renderer = board_in_front(640, 480, 40);
+  const Eigen::Matrix2Xd& truth = renderer.truth().boards[0].corners_px;
+  const Eigen::Vector2d inner = truth.col(2 * 9 + 1).array() + 20,
+                        outer = truth.col(3).array() + 20;
+  const Image image =
+      changed(renderer.window({0, 0, 640, 480}), [&](int x, int y, double grey) -> double {
+        return x > outer.x() || (x > inner.x() && y > inner.y()) ? 60 : grey;
+      });
+  ChessboardOptions options;
+  options.columns = 4;
+  options.rows = 3;
+  EXPECT_FALSE(find_chessboard(image.view(), options));
+}
+
 TEST(Chessboard, IsFoundInShadeGlareAndTheDark) {
   const TargetRenderer renderer = board_in_front(640, 480, 42, 0.4);
   const Image image = renderer.window({0, 0, 640, 480});

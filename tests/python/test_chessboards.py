@@ -64,7 +64,7 @@ def board_view(
         camera, pose, boards=[occ.targets.ChessboardTarget(square_m=0.025)], psf_sigma_px=0.8, **options
     )
     assert renderer.boards[0].whole
-    return renderer.window(0, 0, 960, 720), renderer.boards[0].corners_px
+    return renderer.window(0, 0, 960, 720).astype(np.uint8), renderer.boards[0].corners_px
 
 
 @pytest.mark.parametrize(
@@ -87,7 +87,7 @@ def test_covariances_are_honest_in_pictures_of_a_phone(quality: int, blur_px: fl
 def test_boards_are_found_tilted_far_dark_and_blurred() -> None:
     for seed in range(6):
         for options in ({"max_tilt_deg": 62}, {"share": 0.08}, {"black_dn": 4, "white_dn": 16, "ground_dn": 10}):
-            pixels, truth = board_view(seed, **options)  # type: ignore[arg-type]
+            pixels, truth = board_view(seed, **options)
             noise_dn = 0.8 if "white_dn" in options else 2.5
             found = occ.targets.find_chessboard(phone_picture(pixels, seed, noise_dn=noise_dn), 9, 6)
             assert found is not None and np.abs(found[0] - truth).max() < 1, (seed, options)
