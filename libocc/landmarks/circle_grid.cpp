@@ -122,13 +122,15 @@ std::optional<FoundDiscs> find_discs(const GreyLevel& level, const CircleGridOpt
 }
 
 /// Factors by which the image is reduced. Discs of a board that fills the image have 20 to 30 px in
-/// the first one.
+/// the first one. Larger images than max_px would take seconds to search in noise, for discs of
+/// less than 1/500 of the image.
 std::vector<int> disc_factors(const Image& image) {
-  constexpr double first_px = 600;
+  constexpr double first_px = 600, max_px = 2400;
   const int side = std::max(image.width, image.height);
   const int first = std::max(1, static_cast<int>(std::lround(side / first_px)));
   std::vector<int> factors{first};
-  for (int factor = first / 2; factor >= 1; factor /= 2) factors.push_back(factor);
+  for (int factor = first / 2; factor >= 1 && side / factor <= max_px; factor /= 2)
+    factors.push_back(factor);
   factors.push_back(2 * first);
   factors.push_back(4 * first);
   return factors;

@@ -8,6 +8,9 @@
 // the pose: board_network() of calibrate/board_network.hpp corrects it by the exact projection of
 // the disc. The outline is fitted as a whole (internal/circle_outline.hpp), so uneven light does
 // not shift the centre as it shifts a centroid of grey levels.
+//
+// Discs are searched in images reduced to at most 2400 px per side, where they must have a diameter
+// of 5 px or more.
 #pragma once
 
 #include <Eigen/Core>
