@@ -3,10 +3,12 @@
 
 #include <Eigen/Dense>
 #include <cmath>
+#include <map>
 
 #include "libocc/calibrate/resection.hpp"
 #include "libocc/core/internal/covariance.hpp"
 #include "libocc/core/require.hpp"
+#include "libocc/formation/rim.hpp"
 
 namespace occ {
 namespace {
@@ -42,6 +44,36 @@ Eigen::Matrix3Xd chessboard_points(int columns, int rows, double square_m) {
     for (int column = 0; column < columns; ++column)
       points.col(row * columns + column) = square_m * Eigen::Vector3d(column, row, 0);
   return points;
+}
+
+int correct_disc_centres(Network& network, const std::vector<BoardImage>& images, double radius_m) {
+  require(radius_m > 0 && std::isfinite(radius_m), "radius_m", radius_m, "positive");
+  require(network.bodies.size() == 1, "network.bodies", network.bodies.size(), "one board");
+  std::map<std::string, const BoardImage*> by_name;
+  for (const BoardImage& image : images) by_name[image.name] = &image;
+  int dropped = 0;
+  for (ImageObservation& observation : network.observations) {
+    const NetworkImage& image = network.images[observation.image];
+    const auto measured = by_name.find(image.name);
+    require(measured != by_name.end(), "network.images", image.name, "the name of one of `images`");
+    const Camera& camera = network.cameras[image.camera].camera;
+    const Rigid3 pose = network.cam_from_world(observation.image);
+    Lamp disc;
+    disc.radius_m = radius_m;
+    disc.centre_m = network.position_m(observation.target);
+    // The board's z axis points away from the viewer.
+    disc.normal = -network.bodies[0].world_from_body.rotation.col(2);
+    const auto centre = camera.project(pose * disc.centre_m);
+    const auto image_centre = project_lamp_centre(disc, pose, camera);
+    if (centre && image_centre) {
+      observation.pixel = measured->second->px.col(observation.target.corner) +
+                          camera.difference_px(*centre, *image_centre);
+    } else {
+      observation.used = false;
+      ++dropped;
+    }
+  }
+  return dropped;
 }
 
 Result<Camera> start_pinhole(const Eigen::Matrix3Xd& board_m, const std::vector<BoardImage>& images,

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Network from images of one calibration board (a chessboard): each image gets its pose by
-// resection. The board's points are error-free and define the world frame.
+// Network from images of one calibration board (a chessboard, a grid of discs): each image gets its
+// pose by resection. The board's points are error-free and define the world frame.
 #pragma once
 
 #include <Eigen/Core>
@@ -24,6 +24,15 @@ struct BoardImage {
 /// Inner corners of a chessboard [m], 3 x (columns rows), row by row, in the plane z = 0. Throws
 /// std::invalid_argument for fewer than 2 columns or rows, or a side that is not positive.
 LIBOCC_API Eigen::Matrix3Xd chessboard_points(int columns, int rows, double square_m);
+
+/// Moves the image points of discs from the centres of their ellipses to the images of their
+/// centres: pixel += project(centre) - centroid of the projected disc, with the camera and the pose
+/// of each image (formation/rim.hpp). `network`: from board_network(), or adjusted. Discs that are
+/// not projected whole are not used; their number is returned. Throws std::invalid_argument if
+/// `network` has no body, if `radius_m` is not positive, or if the numbers of images and of points
+/// differ. `images`: measured centres of the ellipses, as given to board_network().
+LIBOCC_API int correct_disc_centres(Network& network, const std::vector<BoardImage>& images,
+                                    double radius_m);
 
 /// Approximate pinhole camera from all images of camera 0 (start_pinhole in resection.hpp).
 LIBOCC_API Result<Camera> start_pinhole(const Eigen::Matrix3Xd& board_m,

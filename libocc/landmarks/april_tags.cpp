@@ -78,6 +78,54 @@ AprilTag tag_of(const apriltag_detection_t& found, const Image& grey,
   return tag;
 }
 
+/// Difference of the rings inside and outside the tag's square, in grey levels of 255; 0 if they
+/// leave the image.
+double ring_contrast(const AprilTag& tag, int width_at_border, const Image& image, unsigned white) {
+  constexpr double along[] = {-0.6, -0.3, 0, 0.3, 0.6};
+  const double half_cell = 1.0 / width_at_border;  // a cell has 2 / width of the tag's coordinates
+  const GreyImage grey(image);
+  double sums[2] = {0, 0};
+  int count = 0;
+  for (int ring = 0; ring < 2; ++ring) {
+    const double across = ring == 0 ? 1 - half_cell : 1 + half_cell;
+    for (const double a : along)
+      for (const Eigen::Vector2d& at : {Eigen::Vector2d(a, across), Eigen::Vector2d(a, -across),
+                                        Eigen::Vector2d(across, a), Eigen::Vector2d(-across, a)}) {
+        const Eigen::Vector2d px = (tag.homography * at.homogeneous()).hnormalized();
+        if (!grey.holds(px)) return 0;
+        sums[ring] += grey.at(px);
+        ++count;
+      }
+  }
+  return std::abs(sums[1] - sums[0]) / (0.5 * count) * 255 / white;
+}
+
+/// Probability that random bits are read as a tag of the family, in one of four rotations.
+double random_tag_probability(const apriltag_family_t& family, int max_hamming) {
+  double patterns = 0, choices = 1;  // bits of at most max_hamming errors
+  for (int errors = 0; errors <= max_hamming; ++errors) {
+    patterns += choices;
+    choices *= static_cast<double>(family.nbits) - errors;
+    choices /= errors + 1;
+  }
+  return 4 * family.ncodes * patterns / std::pow(2.0, family.nbits);
+}
+
+/// True if the decision margin is large enough. A tag of low contrast cannot reach the min. It is
+/// accepted with a margin of a quarter of its contrast if random bits are practically never read as
+/// a tag of its family.
+bool is_distinct(const apriltag_detection_t& found, const AprilTag& tag, const Image& grey,
+                 unsigned white, const AprilTagOptions& options) {
+  if (tag.decision_margin >= options.min_decision_margin) return true;
+  constexpr double max_probability =
+      1e-5;  // with a thousand squares, 1 % of images have a false tag
+  constexpr double min_part =
+      0.25;  // half the margin of a blurred tag, which has half its contrast
+  if (random_tag_probability(*found.family, options.max_hamming) > max_probability) return false;
+  const double contrast = ring_contrast(tag, found.family->width_at_border, grey, white);
+  return contrast > 0 && tag.decision_margin >= min_part * contrast;
+}
+
 }  // namespace
 
 void AprilTagOptions::validate() const {
@@ -118,8 +166,8 @@ class TagFinder {
     for (int i = 0; i < zarray_size(found.get()); ++i) {
       apriltag_detection_t* detection = nullptr;
       zarray_get(found.get(), i, static_cast<void*>(&detection));
-      if (static_cast<double>(detection->decision_margin) >= options_.min_decision_margin)
-        tags.push_back(tag_of(*detection, grey, options_, origin));
+      AprilTag tag = tag_of(*detection, grey, options_, origin);
+      if (is_distinct(*detection, tag, grey, white, options_)) tags.push_back(std::move(tag));
     }
     return tags;
   }

@@ -30,8 +30,10 @@ struct LIBOCC_API AprilTagOptions {
                         ///< 2 takes a third of the time and misses tags below about 30 px
   int threads = 1;      ///< number of threads of the search, at least 1
   int max_hamming = 1;  ///< max number of corrected bits, 0 to 2; more give more false tags
-  double min_decision_margin = 20;  ///< min of AprilTag::decision_margin
-  bool refine = true;               ///< refine the corners
+  /// Min of AprilTag::decision_margin. Tags of low contrast are accepted with a quarter of their
+  /// contrast, if random bits are read as a tag of the family with a probability of at most 1e-5.
+  double min_decision_margin = 20;
+  bool refine = true;  ///< refine the corners
   /// Returns the offset of the middle of each side (corner k to k + 1) from the straight line
   /// between its corners [px], positive towards (-y, x) of its direction (x, y). Without it, the
   /// bends are estimated with the corners, which halves their accuracy. For a calibrated camera:

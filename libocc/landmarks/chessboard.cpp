@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "libocc/landmarks/chessboard.hpp"
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
-#include "libocc/core/internal/dense.hpp"
 #include "libocc/core/require.hpp"
-#include "libocc/core/statistics.hpp"
-#include "libocc/landmarks/internal/chessboard_search.hpp"
+#include "libocc/landmarks/internal/corner_fit.hpp"
+#include "libocc/landmarks/internal/corner_grid.hpp"
 #include "libocc/landmarks/internal/grey_image.hpp"
+#include "libocc/landmarks/internal/grid_scatter.hpp"
+#include "libocc/landmarks/internal/saddles.hpp"
 
 namespace occ {
 
@@ -20,110 +20,126 @@ namespace {
 using Eigen::Matrix2d;
 using Eigen::Vector2d;
 
-/// Standard deviation of a pixel's noise, from the median absolute difference between a pixel and
-/// the mean of its four neighbours. Edges of the board hardly affect the median.
-double noise_of(const GreyImage& grey) {
-  constexpr double median_of_normal = 0.6745;       // median absolute value for unit sigma
-  const double of_cross = std::sqrt(1 + 4 / 16.0);  // sigma of the difference for unit sigma
-  const int step = 1 + std::min(grey.width(), grey.height()) / 200;
-  std::vector<double> off;
-  for (int y = 1; y < grey.height() - 1; y += step)
-    for (int x = 1; x < grey.width() - 1; x += step)
-      off.push_back(
-          std::abs(grey.pixel(x, y) - 0.25 * (grey.pixel(x - 1, y) + grey.pixel(x + 1, y) +
-                                              grey.pixel(x, y - 1) + grey.pixel(x, y + 1))));
-  const double rounding = 1 / std::sqrt(12.0);
-  return std::hypot(median(off) / (median_of_normal * of_cross), rounding);
+/// Factors by which the image is reduced, in the order of the searches: a small image first, which
+/// suffices for most boards, then a smaller one for blurred boards, then larger ones for small
+/// squares, and at last the smallest.
+std::vector<int> search_factors(const Image& image) {
+  constexpr double first_px = 900;  // squares of 1/90 of the longer side have 10 px
+  const int side = std::max(image.width, image.height);
+  const int first = std::max(1, static_cast<int>(std::lround(side / first_px)));
+  std::vector<int> factors{first, 2 * first};
+  for (int factor = first / 2; factor >= 1; factor /= 2) factors.push_back(factor);
+  factors.push_back(4 * first);
+  return factors;
 }
 
-struct Corner {
-  Vector2d px;
-  Matrix2d covariance;
+/// A board found in a reduced image.
+struct FoundBoard {
+  CornerGrid grid;
+  int factor = 1;
 };
 
-/// Sums over a window of 2 half + 1 samples per side around a corner.
-struct Window {
-  Matrix2d a = Matrix2d::Zero();  // sum of w g g^T
-  Vector2d b = Vector2d::Zero();  // sum of w g g^T d
-  std::vector<Matrix2d> by_g;     // d b / d g of each sample, row by row
-};
-
-bool sum_window(const GreyImage& grey, int half, const Vector2d& px, Window& window) {
-  if (!grey.holds(px, half + 2)) return false;
-  window = {};
-  for (int j = -half; j <= half; ++j)
-    for (int i = -half; i <= half; ++i) {
-      const Vector2d d(i, j), p = px + d;
-      const Vector2d g(0.5 * (grey.at(p + Vector2d::UnitX()) - grey.at(p - Vector2d::UnitX())),
-                       0.5 * (grey.at(p + Vector2d::UnitY()) - grey.at(p - Vector2d::UnitY())));
-      const double w = std::exp(-d.squaredNorm() / (half * half));
-      window.a += w * g * g.transpose();
-      window.b += w * g * g.dot(d);
-      window.by_g.push_back(w * (g.dot(d) * Matrix2d::Identity() + g * d.transpose()));
-    }
-  constexpr double min_condition = 1e-3;
-  const Vector2d eigenvalues = internal::core::symmetric_eigenvalues(window.a);
-  return eigenvalues[0] > min_condition * eigenvalues[1];
-}
-
-/// Covariance of the sum b for pixel noise of unit variance; gradients are differences of
-/// bilinearly interpolated pixels.
-Matrix2d noise_of_sum(const Window& window, int half, const Vector2d& px) {
-  const int side = 2 * half + 1, padded = side + 4;  // window with its neighbouring pixels
-  std::vector<Vector2d> by_pixel(static_cast<std::size_t>(padded * padded), Vector2d::Zero());
-  const Vector2d base(std::floor(px.x()), std::floor(px.y())), part = px - base;
-  const auto add = [&](int x, int y, const Vector2d& by_sample) {
-    for (int v = 0; v < 2; ++v)
-      for (int u = 0; u < 2; ++u) {
-        const double weight =
-            (u == 1 ? part.x() : 1 - part.x()) * (v == 1 ? part.y() : 1 - part.y());
-        by_pixel[(y + 1 + v) * padded + x + 1 + u] += weight * by_sample;
-      }
-  };
-  for (int y = 0; y < side; ++y)
-    for (int x = 0; x < side; ++x) {
-      const Matrix2d& m = window.by_g[y * side + x];
-      add(x + 1, y, 0.5 * m.col(0));
-      add(x - 1, y, -0.5 * m.col(0));
-      add(x, y + 1, 0.5 * m.col(1));
-      add(x, y - 1, -0.5 * m.col(1));
-    }
-  Matrix2d sum = Matrix2d::Zero();
-  for (const Vector2d& by : by_pixel) sum += by * by.transpose();
-  return sum;
-}
-
-bool refine(const GreyImage& grey, int half, double noise, Corner& corner) {
-  constexpr int max_steps = 40;
-  constexpr double tolerance_px = 1e-4;
-  const Vector2d start = corner.px;
-  Window window;
-  for (int i = 0; i < max_steps; ++i) {
-    if (!sum_window(grey, half, corner.px, window)) return false;
-    const Vector2d step = window.a.inverse() * window.b;
-    if (step.norm() < tolerance_px) break;
-    corner.px += step;
-    if (!((corner.px - start).norm() < half)) return false;
+std::optional<FoundBoard> search_board(const Image& pixels, unsigned white,
+                                       const ChessboardOptions& options) {
+  const std::vector<int> factors = search_factors(pixels);
+  for (std::size_t i = 0; i < factors.size(); ++i) {
+    if (options.progress &&
+        !options.progress(static_cast<int>(i), static_cast<int>(factors.size())))
+      return std::nullopt;
+    const GreyLevel level(pixels, white, factors[i]);
+    auto grid = find_grid(level, find_corners(level), options.columns, options.rows);
+    if (!grid) continue;
+    for (SaddleCorner& corner : grid->corners) corner.px = level.full_px(corner.px);
+    return FoundBoard{std::move(*grid), factors[i]};
   }
-  const Matrix2d inverse = window.a.inverse();
-  corner.covariance = noise * noise * inverse * noise_of_sum(window, half, corner.px) * inverse;
-  return true;
+  return std::nullopt;
 }
 
-/// Distance of a corner to the nearest of its neighbours on the board.
-double spacing_px(const std::vector<Vector2d>& corners, int columns, int rows, int column,
-                  int row) {
-  const auto at = [&](int x, int y) { return corners[y * columns + x]; };
-  double min_px = std::numeric_limits<double>::infinity();
-  const auto look = [&](int x, int y) {
-    if (x >= 0 && y >= 0 && x < columns && y < rows)
-      min_px = std::min(min_px, (at(x, y) - at(column, row)).norm());
-  };
-  look(column - 1, row);
-  look(column + 1, row);
-  look(column, row - 1);
-  look(column, row + 1);
-  return min_px;
+/// Distance of a corner from the nearest line of the board that does not pass through it.
+double clearance_px(const CornerGrid& grid, int column, int row) {
+  const Vector2d& here = grid.at(column, row).px;
+  double clearance = std::numeric_limits<double>::infinity();
+  for (const int i : {-1, 1})
+    for (const int j : {-1, 1}) {
+      if (column + i < 0 || column + i >= grid.columns || row + j < 0 || row + j >= grid.rows)
+        continue;
+      const Vector2d across = grid.at(column + i, row).px - here;
+      const Vector2d down = grid.at(column, row + j).px - here;
+      const double area = std::abs(across.x() * down.y() - across.y() * down.x());
+      clearance = std::min({clearance, area / across.norm(), area / down.norm()});
+    }
+  return clearance;
+}
+
+constexpr double part_of_clearance = 0.5;  // the rest is for the blur of the neighbouring edges
+
+CornerStart start_of(const FoundBoard& board, int column, int row, double white,
+                     double max_window_px) {
+  constexpr double min_radius_px = 3;  // twice as many pixels as unknowns
+  const SaddleCorner& corner = board.grid.at(column, row);
+  CornerStart start;
+  start.px = corner.px;
+  start.edges[0] = corner.edges[0];
+  start.edges[1] = corner.edges[1];
+  start.contrast = corner.contrast * white / 255;
+  start.blur_px = std::max(1.0, 0.5 * board.factor);
+  start.radius_px = std::clamp(part_of_clearance * clearance_px(board.grid, column, row),
+                               min_radius_px, std::max(min_radius_px, max_window_px));
+  return start;
+}
+
+/// Column and row of each corner.
+Eigen::Matrix2Xd grid_positions(const ChessboardOptions& options) {
+  Eigen::Matrix2Xd at(2, options.columns * options.rows);
+  for (int row = 0; row < options.rows; ++row)
+    for (int column = 0; column < options.columns; ++column)
+      at.col(row * options.columns + column) = Vector2d(column, row);
+  return at;
+}
+
+/// Fits a corner; the window grows with the blur, up to a radius of max_px.
+bool fit_with_window(const GreyImage& grey, CornerStart start, double max_px, CornerFit& fit) {
+  constexpr double min_radius = 3;  // blurs: the levels beyond both edges are part of the model
+  constexpr double growth = 2;
+  constexpr int max_windows = 4;
+  for (int i = 0; i < max_windows; ++i) {
+    const bool fits = fit_corner(grey, start, fit);
+    if ((fits && start.radius_px >= min_radius * fit.blur_px) || start.radius_px >= max_px)
+      return fits;
+    start.radius_px = std::min(growth * start.radius_px, max_px);
+    start.blur_px *= growth;
+  }
+  return false;
+}
+
+/// Fits all corners; those without a fit keep their position in the reduced image.
+ChessboardCorners measure_corners(const Image& pixels, unsigned white, const FoundBoard& board,
+                                  const ChessboardOptions& options) {
+  const GreyImage grey(pixels);
+  ChessboardCorners corners;
+  corners.px.resize(2, options.columns * options.rows);
+  for (const SaddleCorner& corner : board.grid.corners) {
+    const double coarse_px = corner.sigma_px * board.factor;
+    corners.covariance_px2.push_back(coarse_px * coarse_px * Matrix2d::Identity());
+  }
+  std::vector<CornerFit> fits;
+  std::vector<std::size_t> fitted;
+  for (int row = 0; row < options.rows; ++row)
+    for (int column = 0; column < options.columns; ++column) {
+      const Eigen::Index k = row * options.columns + column;
+      corners.px.col(k) = board.grid.at(column, row).px;
+      CornerFit fit;
+      if (!fit_with_window(grey, start_of(board, column, row, white, options.max_window_px),
+                           part_of_clearance * clearance_px(board.grid, column, row), fit))
+        continue;
+      corners.px.col(k) = fit.px;
+      fitted.push_back(static_cast<std::size_t>(k));
+      fits.push_back(std::move(fit));
+    }
+  const std::vector<Matrix2d> covariances = noise_covariances(fits);
+  for (std::size_t i = 0; i < fits.size(); ++i) corners.covariance_px2[fitted[i]] = covariances[i];
+  corners.unfitted = static_cast<int>(board.grid.corners.size() - fits.size());
+  return corners;
 }
 
 }  // namespace
@@ -142,29 +158,19 @@ std::optional<ChessboardCorners> find_chessboard(const ImageView& image,
   options.validate();
   image.validate();
   const Image pixels = to_grey(image);
-  const CoarseCorners coarse_corners = search_board(pixels, options);
-  const std::vector<Vector2d>& found = coarse_corners.px;
-  if (found.empty()) return std::nullopt;
-  const GreyImage grey(pixels);
-  const double noise = noise_of(grey);
-  constexpr double part_of_square = 0.4;  // half side of the window: within the adjacent squares
-  ChessboardCorners corners;
-  corners.px.resize(2, options.columns * options.rows);
-  for (int row = 0; row < options.rows; ++row)
-    for (int column = 0; column < options.columns; ++column) {
-      const int k = row * options.columns + column;
-      const double side = spacing_px(found, options.columns, options.rows, column, row);
-      const int half =
-          std::max(2, static_cast<int>(std::min(options.max_window_px, part_of_square * side)));
-      const double unrefined_px = 0.3 * coarse_corners.factor;  // sigma of OpenCV's corners
-      Corner corner{found[k], unrefined_px * unrefined_px * Matrix2d::Identity()};
-      const Corner coarse = corner;
-      if (!refine(grey, half, noise, corner)) corner = coarse;
-      corners.px.col(k) = corner.px;
-      corners.covariance_px2.push_back(corner.covariance + options.model_sigma_px *
-                                                               options.model_sigma_px *
-                                                               Matrix2d::Identity());
-    }
+  const unsigned white = white_level(pixels);
+  const std::optional<FoundBoard> board = search_board(pixels, white, options);
+  if (!board) return std::nullopt;
+  ChessboardCorners corners = measure_corners(pixels, white, *board, options);
+  // A grid of corners that are not corners of squares is a pattern in noise.
+  constexpr double max_unfitted = 1 / 3.0;  // part; the rest may be in glare
+  if (corners.unfitted > max_unfitted * static_cast<double>(corners.px.cols())) return std::nullopt;
+  const double scatter_px2 =
+      grid_scatter_px2(grid_positions(options), corners.px, corners.covariance_px2);
+  corners.scatter_sigma_px = std::sqrt(scatter_px2);
+  const double added_px2 = options.model_sigma_px * options.model_sigma_px + scatter_px2;
+  for (Matrix2d& covariance : corners.covariance_px2)
+    covariance += added_px2 * Matrix2d::Identity();
   return corners;
 }
 

@@ -1,20 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-// Detects the inner corners of a chessboard with OpenCV's findChessboardCorners and refines them.
-// At a corner c, the image gradient g at every point p around it is perpendicular to p - c
-// (Foerstner, Guelch, "A fast operator for detection and precise location of distinct points,
-// corners and centres of circular features", ISPRS Intercommission Conference on Fast Processing of
-// Photogrammetric Data, 1987, section 3; also OpenCV's cornerSubPix):
+// Detects the inner corners of a chessboard and measures them with covariances.
 //
-//     sum of w (g g^T) (p - c) = 0.
+// Corners are saddle points of the image, reduced by several factors in turn. They are linked along
+// the edges of the squares (internal/saddles.hpp, corner_grid.hpp), so perspective and lens
+// distortion need no model. A board with squares of about 5 px is found if its contrast is 3 of 255
+// grey levels or more. Single corners may be weak, as in glare: they are searched where their
+// neighbours predict them.
 //
-// The search runs in the image reduced to at most 1000 px per side, with OpenCV's quick rejection
-// of images without a board, which also rejects boards with small squares; then without it in at
-// most 640 px. A board with squares of less than 5 px in the latter may be missed. OpenCV's search
-// takes a time that grows quickly with the size if there is no board: 6 s for noise of 640 x 480
-// px, 44 s for 1000 x 750 px. Corners are refined in the full image.
-//
-// The covariance of c follows from propagating the image noise, estimated from the image, through
-// this sum. The window around a corner stays within the four squares that meet there.
+// A corner is then measured in the full image, by a fit of two blurred edges that cross in uneven
+// light (internal/corner_fit.hpp). The window around a corner stays within the four squares that
+// meet there. Its covariance follows from the residuals of the fit, with their correlation, and
+// from the scatter of the corners about a smooth grid.
 #pragma once
 
 #include <Eigen/Core>
@@ -30,9 +26,10 @@ namespace occ {
 /// Options of find_chessboard().
 struct LIBOCC_API ChessboardOptions {
   int columns = 9, rows = 6;     ///< number of inner corners
-  double max_window_px = 10;     ///< max half side of the window; smaller on small squares
-  double model_sigma_px = 0.02;  ///< sigma per axis of errors other than noise (uneven light, bent
-                                 ///< paper)
+  double max_window_px = 10;     ///< max radius of the window in a sharp image; smaller on small
+                                 ///< squares, larger if three times the blur is more
+  double model_sigma_px = 0.01;  ///< sigma per axis of errors that corners of the image share
+                                 ///< (uneven light, bent paper)
   /// Called before the search in each reduced image; false stops the search without a result.
   std::function<bool(int searches_done, int searches)> progress;
 
@@ -41,12 +38,22 @@ struct LIBOCC_API ChessboardOptions {
 
 /// Inner corners of a chessboard.
 struct ChessboardCorners {
-  Eigen::Matrix2Xd px;  ///< row by row; the first may be any outer corner of a symmetric board
+  /// Row by row, 2 x (columns rows). Columns and rows are right-handed. The square before the first
+  /// corner is black if an orientation of the board has a black square there. If two orientations
+  /// have, the rows run more to the right in the image.
+  Eigen::Matrix2Xd px;
   std::vector<Eigen::Matrix2d> covariance_px2;  ///< one per corner
+  /// Sigma per axis of the scatter about a smooth grid that the fits do not explain. It is part of
+  /// the covariances.
+  double scatter_sigma_px = 0;
+  /// Number of corners whose fit failed, for example in glare. They have the position in the
+  /// reduced image, with a sigma of 0.3 of its pixels, or, if they are hidden, the position that
+  /// their neighbours predict, with a sigma of a tenth of the square.
+  int unfitted = 0;
 };
 
-/// Empty if the whole board is not visible. Throws std::invalid_argument for an invalid view or
-/// option, and in a build without OpenCV (CMake option LIBOCC_OPENCV).
+/// Empty if the whole board is not visible, or if the image has a board with more corners. Throws
+/// std::invalid_argument for an invalid view or option.
 LIBOCC_API std::optional<ChessboardCorners> find_chessboard(const ImageView& image,
                                                             const ChessboardOptions& options = {});
 

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Renders calibration targets for test images, with the ground truth: printed AprilTags, circular
-// targets and chessboards, seen by any camera model. Targets are sheets of paper in front of an
-// even ground. Sheets are painted from far to near; a sheet changes the grey level of a pixel to
+// targets, chessboards and grids of discs, seen by any camera model. Targets are sheets of paper in
+// front of an even ground. Sheets are painted from far to near; a sheet changes the grey level of a
+// pixel to
 //
 //   grey (1 - c_0) + level_0 c_0 + sum over k >= 1 of (level_k - level_(k-1)) c_k,
 //
@@ -67,11 +68,29 @@ struct LIBOCC_API ChessboardTarget {
   Eigen::Matrix3Xd corners_m() const;
 };
 
+/// A grid of discs on a sheet of the opposite tone. Centres are at (column, row) spacing_m in the
+/// board's frame, or at (2 column + row % 2, row) spacing_m if asymmetric: x to the right, y down,
+/// z away from the viewer.
+struct LIBOCC_API CircleGridTarget {
+  int columns = 4, rows = 11;  ///< number of discs of a row, and of rows
+  bool asymmetric = true;      ///< odd rows are shifted by spacing_m
+  double spacing_m = 0;        ///< distance of the rows
+  double radius_m = 0;         ///< radius of the discs
+  bool dark = true;            ///< true: black discs on white; false: white discs on black
+  Rigid3 world_from_board;     ///< pose of the board
+
+  void validate() const;  ///< throws std::invalid_argument, naming the field and its value
+
+  /// Centres of the discs in the board's frame [m], row by row.
+  Eigen::Matrix3Xd centres_m() const;
+};
+
 /// All targets of an image.
 struct TargetField {
   std::vector<Tag> tags;                 ///< printed in black on white
   std::vector<CircularTarget> circles;   ///< single discs
   std::vector<ChessboardTarget> boards;  ///< chessboards
+  std::vector<CircleGridTarget> grids;   ///< grids of discs
 };
 
 /// Options of a TargetRenderer.
@@ -79,10 +98,11 @@ struct LIBOCC_API TargetImageOptions {
   double psf_sigma_px = 0.6;  ///< Gaussian blur, without the pixel's box
   /// Grey levels of print, paper and background.
   double black_dn = 30, white_dn = 200, ground_dn = 110;
-  double margin_cells = 0.5;  ///< white paper around the print of a tag or board [cells]
-  double noise_dn = 0;        ///< standard deviation of the noise of a pixel
-  std::uint64_t seed = 0;     ///< equal seeds give equal bits
-  std::uint32_t frame = 0;    ///< index of the image; images of one seed differ in noise
+  /// White paper around the print of a tag, a board or a grid [cells, spacings].
+  double margin_cells = 0.5;
+  double noise_dn = 0;      ///< standard deviation of the noise of a pixel
+  std::uint64_t seed = 0;   ///< equal seeds give equal bits
+  std::uint32_t frame = 0;  ///< index of the image; images of one seed differ in noise
 
   void validate() const;  ///< throws std::invalid_argument, naming the field and its value
 };
@@ -112,11 +132,18 @@ struct ChessboardTruth {
   Eigen::Matrix2Xd corners_px;          ///< inner corners, row by row; empty if it is not drawn
 };
 
+/// Truth of one grid of discs.
+struct CircleGridTruth {
+  bool in_view = false, whole = false;  ///< as in TagTruth
+  Eigen::Matrix2Xd centres_px;  ///< projections of the centres, row by row; empty if not drawn
+};
+
 /// Truth of all targets.
 struct TargetTruth {
   std::vector<TagTruth> tags;           ///< in the order of the field
   std::vector<CircleTruth> circles;     ///< in the order of the field
   std::vector<ChessboardTruth> boards;  ///< in the order of the field
+  std::vector<CircleGridTruth> grids;   ///< in the order of the field
 };
 
 /// Renders windows of one image.

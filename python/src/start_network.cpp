@@ -7,6 +7,7 @@
 #include "libocc/calibrate/resection.hpp"
 #include "libocc/core/require.hpp"
 #include "libocc/landmarks/chessboard.hpp"
+#include "libocc/landmarks/circle_grid.hpp"
 #include "module.hpp"
 #include "results.hpp"
 #include "rows.hpp"
@@ -18,37 +19,123 @@ using Started = Result<NetworkStart>;
 using Resected = Result<Resection>;
 using Rows = Eigen::Matrix<double, Eigen::Dynamic, 2, Eigen::RowMajor>;
 
+/// Callback of a search, which also raises the signals of Python.
+std::function<bool(int, int)> search_progress(const py::object& progress) {
+  return [progress](int done, int searches) {
+    py::gil_scoped_acquire locked;
+    if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+    if (progress.is_none()) return true;
+    const py::object answer = progress(done, searches);
+    return answer.is_none() || answer.cast<bool>();
+  };
+}
+
+/// Defines what chessboards and grids have in common. Results unpack to (px, covariance_px2).
+template <class Points>
+void define_board_points(ResultClass<Points>& points, const char* px_doc) {
+  points
+      .def_property_readonly(
+          "px", [](const Points& p) { return Rows(p.px.transpose()); }, px_doc)
+      .def_readonly("covariance_px2", &Points::covariance_px2, "Covariance (2, 2) of each point.")
+      .def_readonly("scatter_sigma_px", &Points::scatter_sigma_px,
+                    "Sigma per axis of the scatter about a smooth grid that the fits do not "
+                    "explain; it is part of the covariances.")
+      .def_readonly("unfitted", &Points::unfitted,
+                    "Number of points whose fit failed, for example in glare. They are measured in "
+                    "the reduced image, and their covariance is large.");
+  points.def("__len__", [](const Points&) { return 2; })
+      .def("__getitem__", [](const Points& p, int i) -> py::object {
+        if (i == 0 || i == -2) return py::cast(Rows(p.px.transpose()));
+        if (i == 1 || i == -1) return py::cast(p.covariance_px2);
+        throw py::index_error("a board unpacks to (px, covariance_px2)");
+      });
+}
+
 void define_chessboard(py::module_& m) {
+  ResultClass<ChessboardCorners> corners(
+      m, "ChessboardCorners", "Inner corners of a chessboard; unpacks to (px, covariance_px2).");
+  define_board_points(corners, "(n, 2) corners, row by row.");
   m.def(
       "find_chessboard",
-      [](const NumpyImage& image, int columns, int rows, const py::object& progress)
-          -> std::optional<std::pair<Rows, std::vector<Eigen::Matrix2d>>> {
+      [](const NumpyImage& image, int columns, int rows, const py::object& progress) {
         ChessboardOptions options;
         options.columns = columns;
         options.rows = rows;
-        options.progress = [&](int done, int searches) {
-          py::gil_scoped_acquire locked;
-          if (PyErr_CheckSignals() != 0) throw py::error_already_set();
-          if (progress.is_none()) return true;
-          const py::object answer = progress(done, searches);
-          return answer.is_none() || answer.cast<bool>();
-        };
-        std::optional<ChessboardCorners> found;
-        {
-          py::gil_scoped_release unlocked;
-          found = find_chessboard(image.view, options);
-        }
-        if (!found) return std::nullopt;
-        return std::pair(Rows(found->px.transpose()), found->covariance_px2);
+        options.progress = search_progress(progress);
+        py::gil_scoped_release unlocked;
+        return find_chessboard(image.view, options);
       },
       py::arg("image"), py::arg("columns"), py::arg("rows"), py::kw_only(),
       py::arg("progress") = py::none(),
       R"(Detects the inner corners of a chessboard.
 
 columns, rows: numbers of inner corners. progress(searches_done, searches): called before the search
-in each reduced image; False stops the search. Returns: (corners (n, 2) [px], row by row; list of their
-covariances (2, 2) [px^2]), or None if a part of the board is not visible.
+in each reduced image; False stops the search. Returns: ChessboardCorners, or None if a part of the
+board is not visible or the image has a board with more corners. The square before the first corner
+is black, if an orientation of the board has a black square there.
 Raises: ValueError for an invalid argument.)");
+}
+
+void define_circle_grid(py::module_& m) {
+  ResultClass<CircleGridPoints> points(
+      m, "CircleGridPoints", "Images of the discs of a grid; unpacks to (px, covariance_px2).");
+  define_board_points(points, "(n, 2) centres of the ellipses, row by row.");
+  points.def_readonly("dark", &CircleGridPoints::dark,
+                      "True if the discs are darker than their surroundings.");
+  m.def(
+      "find_circle_grid",
+      [](const NumpyImage& image, int columns, int rows, bool asymmetric,
+         const py::object& progress) {
+        CircleGridOptions options;
+        options.columns = columns;
+        options.rows = rows;
+        options.asymmetric = asymmetric;
+        options.progress = search_progress(progress);
+        py::gil_scoped_release unlocked;
+        return find_circle_grid(image.view, options);
+      },
+      py::arg("image"), py::arg("columns"), py::arg("rows"), py::kw_only(),
+      py::arg("asymmetric") = true, py::arg("progress") = py::none(),
+      R"(Detects a grid of discs on a calibration board.
+
+columns, rows: numbers of discs of a row, and of rows. asymmetric: odd rows are shifted by half the
+distance of the discs of a row. progress(searches_done, searches): called before the search in each
+reduced image; False stops the search. Returns: CircleGridPoints, or None if a part of the grid is not
+visible or the image has a grid with more discs. The centre of a disc's ellipse is not the image of
+the disc's centre; correct_disc_centres() corrects that.
+Raises: ValueError for an invalid argument.)");
+  m.def(
+      "circle_grid_positions",
+      [](int columns, int rows, bool asymmetric, double spacing) {
+        return Rows(circle_grid_positions(columns, rows, asymmetric, spacing).transpose());
+      },
+      py::arg("columns"), py::arg("rows"), py::arg("asymmetric"), py::arg("spacing"),
+      R"(Returns the centres (n, 2) of the discs of a grid, row by row.
+
+They are (column, row) * spacing, or (2 column + row % 2, row) * spacing if asymmetric.
+Raises: ValueError for an argument that is not positive.)");
+}
+
+void define_disc_centres(py::module_& m) {
+  m.def(
+      "correct_disc_centres",
+      [](Network& network,
+         const std::vector<std::tuple<std::string, int, Rows, std::vector<Eigen::Matrix2d>>>&
+             images,
+         double radius_m) {
+        std::vector<BoardImage> seen;
+        for (const auto& [name, camera, px, covariances] : images)
+          seen.push_back({name, camera, px.transpose(), covariances});
+        py::gil_scoped_release unlocked;
+        return correct_disc_centres(network, seen, radius_m);
+      },
+      py::arg("network"), py::arg("images"), py::arg("radius_m"),
+      R"(Moves image points of discs from the centres of their ellipses to the images of their centres.
+
+The difference is computed by the exact projection of the discs, with the cameras and poses of the
+network, which is changed. network: of one board, from board_network() or adjusted; images: as given
+to board_network(). Returns: number of discs that are not used because they are not projected whole.
+All others are used again. Raises: ValueError if network and images differ.)");
 }
 
 void define_resection(py::module_& m) {
@@ -136,6 +223,7 @@ scene: approximate positions; images: (name, camera index, [(lamp id, centroid (
 
 void define_start_network(py::module_& m) {
   define_chessboard(m);
+  define_circle_grid(m);
   define_resection(m);
   ResultClass<Started> started(m, "NetworkStart", "Start values of a network.");
   define_result(started);
@@ -155,6 +243,7 @@ void define_start_network(py::module_& m) {
       .def_property_readonly("warnings", value_of(&NetworkStart::warnings),
                              "Elements that were left out, with the reason.");
   define_boards_and_lamps(m);
+  define_disc_centres(m);
   m.def(
       "start_network",
       [](const Cameras& cameras,

@@ -34,6 +34,20 @@ void define_kinds(py::module_& m) {
           field("rows", &B::rows, "number of rows of inner corners"),
           field("world_from_board", &B::world_from_board,
                 "4x4 pose of the board: x to the right, y down, z away from the viewer")));
+  using G = CircleGridTarget;
+  define_documented<G>(
+      m, "CircleGridTarget",
+      "A grid of discs on a sheet. Centres are at (column, row) spacing_m in the board's frame, or "
+      "at (2 column + row % 2, row) spacing_m if asymmetric.",
+      std::make_tuple(
+          required_field("spacing_m", &G::spacing_m, "distance of the rows [m]"),
+          required_field("radius_m", &G::radius_m, "radius of the discs [m]"),
+          field("columns", &G::columns, "number of discs of a row"),
+          field("rows", &G::rows, "number of rows"),
+          field("asymmetric", &G::asymmetric, "true: odd rows are shifted by spacing_m"),
+          field("dark", &G::dark, "true: black discs on white; false: white discs on black"),
+          field("world_from_board", &G::world_from_board,
+                "4x4 pose of the board: x to the right, y down, z away from the viewer")));
 }
 
 void define_truth(py::module_& m) {
@@ -65,6 +79,14 @@ void define_truth(py::module_& m) {
       .def_property_readonly(
           "corners_px", [](const ChessboardTruth& t) { return rows_of(t.corners_px); },
           "(n, 2) inner corners, row by row.");
+  ResultClass<CircleGridTruth>(m, "CircleGridTruth",
+                               "Ground truth of a grid of discs in a rendered image.")
+      .def_readonly("in_view", &CircleGridTruth::in_view,
+                    "It is drawn, and part of it lies on the image.")
+      .def_readonly("whole", &CircleGridTruth::whole, "The whole sheet lies on the image.")
+      .def_property_readonly(
+          "centres_px", [](const CircleGridTruth& t) { return rows_of(t.centres_px); },
+          "(n, 2) projections of the centres, row by row.");
 }
 
 void define_pattern(py::module_& m) {
@@ -87,7 +109,8 @@ auto option_fields() {
       field("black_dn", &O::black_dn, "grey level of black print"),
       field("white_dn", &O::white_dn, "grey level of paper"),
       field("ground_dn", &O::ground_dn, "grey level of the ground"),
-      field("margin_cells", &O::margin_cells, "white paper around a print [cells]"),
+      field("margin_cells", &O::margin_cells,
+            "white paper around a print [cells; spacings of a grid]"),
       field("noise_dn", &O::noise_dn, "standard deviation of the noise of a pixel"),
       field("seed", &O::seed, "seed of the noise"),
       field("frame", &O::frame, "index of the image; images of one seed differ in noise"));
@@ -108,13 +131,14 @@ rendered piece by piece.)");
       renderer, fields,
       [](TargetImageOptions options, const Camera& camera, const Rigid3& pose,
          const std::vector<Tag>& tags, const std::vector<CircularTarget>& circles,
-         const std::vector<ChessboardTarget>& boards) {
-        return TargetRenderer({tags, circles, boards}, camera, pose, options);
+         const std::vector<ChessboardTarget>& boards, const std::vector<CircleGridTarget>& grids) {
+        return TargetRenderer({tags, circles, boards, grids}, camera, pose, options);
       },
       py::arg("camera"), py::arg("cam_from_world"), py::kw_only(),
       py::arg_v("tags", std::vector<Tag>{}, "[]"),
       py::arg_v("circles", std::vector<CircularTarget>{}, "[]"),
       py::arg_v("boards", std::vector<ChessboardTarget>{}, "[]"),
+      py::arg_v("grids", std::vector<CircleGridTarget>{}, "[]"),
       ("Raises: ValueError naming the target or option that is not valid." +
        fields_doc(fields, "Options"))
           .c_str());
@@ -128,6 +152,9 @@ rendered piece by piece.)");
       .def_property_readonly(
           "boards", [](const TargetRenderer& r) { return r.truth().boards; },
           "A ChessboardTruth for each board.")
+      .def_property_readonly(
+          "grids", [](const TargetRenderer& r) { return r.truth().grids; },
+          "A CircleGridTruth for each grid.")
       .def(
           "window",
           [](const TargetRenderer& r, int x0, int y0, int width, int height) {

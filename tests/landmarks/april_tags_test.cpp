@@ -191,6 +191,28 @@ TEST(AprilTags, DuplicatesAreIgnored) {
   EXPECT_EQ(locate_by_tags({tags[0], tags[2]}, scene).status, Status::too_few_lamps);
 }
 
+TEST(AprilTags, TagsInTheDarkAreDetected) {
+  // 10 grey levels between print and paper; a decision margin of 20 is out of reach.
+  TargetField field;
+  for (int id = 0; id < 4; ++id)
+    field.tags.push_back(wall_tag(id, {0.3 * (id % 2) - 0.1, 3, 1.3 + 0.3 * (id / 2)}, 0.2).tag);
+  TargetImageOptions options;
+  options.black_dn = 4;
+  options.white_dn = 14;
+  options.ground_dn = 9;
+  options.noise_dn = 0.7;
+  const Image image =
+      render_targets(field, small_camera(), towards_wall({0.05, 1.9, 1.5}), options);
+  EXPECT_EQ(detect_april_tags(image.view()).size(), 4U);
+  // A family with few bits keeps its limit: random bits are often read as its tags.
+  for (Tag& tag : field.tags) tag.family = "tag16h5";
+  AprilTagOptions few;
+  few.family = "tag16h5";
+  const Image other =
+      render_targets(field, small_camera(), towards_wall({0.05, 1.9, 1.5}), options);
+  EXPECT_TRUE(detect_april_tags(other.view(), few).empty());
+}
+
 TEST(AprilTags, UnknownTagsGiveNoPose) {
   Scene scene = wall_of_tags();
   Random random(20);

@@ -133,11 +133,9 @@ def test_bytes_are_on_the_disk_before_a_file_is_renamed(tmp_path: Path, monkeypa
 
 
 def test_the_search_of_a_chessboard_is_interrupted(tmp_path: Path) -> None:
-    """Noise without a board takes OpenCV's search seconds; a large image took minutes."""
     noise = np.random.default_rng(1).normal(110, 1.0, (1500, 2000)).round().astype(np.uint8)
-    for i in range(20):
-        occ.write_image(tmp_path / f"{i}.png", noise)
-    arguments = [*(f"{i}.png" for i in range(20)), "--chessboard", "9x6", "--square", "0.03", "--out", "out"]
+    occ.write_image(tmp_path / "0.png", noise)
+    arguments = [*(["0.png"] * 2000), "--chessboard", "9x6", "--square", "0.03", "--out", "out"]
     program = f"print('started', flush=True)\nfrom libocc.cli import main\nmain({['calibrate', 'camera', *arguments]})"
     with started(program, tmp_path) as running:
         assert running.stdout is not None and running.stdout.readline() == "started\n"

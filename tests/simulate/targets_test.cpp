@@ -260,7 +260,7 @@ TEST(TagPattern, IsThePatternThatIsRenderedAndDetected) {
     tag.normal = {0, 0, -1};
     tag.x_axis = {1, 0, 0};
     const Image image =
-        TargetRenderer({{tag}, {}, {}}, camera, Rigid3(), {}).window({0, 0, 240, 240});
+        TargetRenderer({{tag}, {}, {}, {}}, camera, Rigid3(), {}).window({0, 0, 240, 240});
     for (int y = 0; y < n; ++y)
       for (int x = 0; x < n; ++x) {
         const int column = 120 + 16 * x - 8 * n + 8, row = 120 + 16 * y - 8 * n + 8;

@@ -37,11 +37,12 @@ struct TagPrint {
 /// Throws std::invalid_argument for an unknown family or an id that the family does not have.
 TagPrint tag_print(const std::string& family, int id);
 
-/// Closed outlines in a plane [m], with the inside on the left seen from the front, and a circle
-/// about the origin if its radius is not 0.
+/// Closed outlines in a plane [m], with the inside on the left seen from the front, and circles of
+/// one radius.
 struct PlaneOutline {
   std::vector<PrintEdge> edges;
   double circle_radius_m = 0;
+  std::vector<Eigen::Vector2d> circle_centres_m;
 };
 
 /// Outlines centred at the origin.

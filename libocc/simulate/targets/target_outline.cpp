@@ -99,12 +99,13 @@ std::optional<Contour> plane_contour(const PlaneOutline& outline, const Rigid3& 
     const auto line = [&](double s) { return CurvePoint{from + s * step, step}; };
     if (!piece.add(line, 2, max_length_px, contour)) return std::nullopt;
   }
-  if (outline.circle_radius_m > 0) {
-    const Eigen::Vector3d x = outline.circle_radius_m * cam_from_plane.rotation.col(0);
-    const Eigen::Vector3d y = outline.circle_radius_m * cam_from_plane.rotation.col(1);
+  const Eigen::Vector3d x = outline.circle_radius_m * cam_from_plane.rotation.col(0);
+  const Eigen::Vector3d y = outline.circle_radius_m * cam_from_plane.rotation.col(1);
+  for (const Eigen::Vector2d& at : outline.circle_centres_m) {
+    const Eigen::Vector3d centre = cam_from_plane * in_space(at);
     const auto circle = [&](double s) {
       const double c = std::cos(two_pi * s), sine = std::sin(two_pi * s);
-      return CurvePoint{cam_from_plane.translation + c * x + sine * y, two_pi * (c * y - sine * x)};
+      return CurvePoint{centre + c * x + sine * y, two_pi * (c * y - sine * x)};
     };
     if (!piece.add(circle, 16, max_length_px, contour)) return std::nullopt;
   }

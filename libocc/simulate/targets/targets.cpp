@@ -149,6 +149,7 @@ Figure circle_figure(const CircularTarget& circle, const Rigid3& cam_from_world,
   const double sheet_m = circle.sheet_m > 0 ? circle.sheet_m : 4 * circle.radius_m;
   PlaneOutline disc;
   disc.circle_radius_m = circle.radius_m;
+  disc.circle_centres_m = {Eigen::Vector2d::Zero()};
   return {cam_from_world * world_from_circle(circle),
           {square_outline(0.5 * sheet_m), disc},
           {circle.dark ? o.white_dn : o.black_dn, circle.dark ? o.black_dn : o.white_dn}};
@@ -172,6 +173,28 @@ Figure board_figure(const ChessboardTarget& board, const Rigid3& cam_from_world,
   return {cam_from_world * board.world_from_board * board_from_plane,
           {rectangle_outline(half), black},
           {o.white_dn, o.black_dn}};
+}
+
+Figure grid_figure(const CircleGridTarget& grid, const Rigid3& cam_from_world,
+                   const TargetImageOptions& o) {
+  const Eigen::Matrix3Xd centres = grid.centres_m();
+  const Eigen::Vector2d low = centres.topRows<2>().rowwise().minCoeff();
+  const Eigen::Vector2d high = centres.topRows<2>().rowwise().maxCoeff();
+  const Eigen::Vector2d middle = 0.5 * (low + high);
+  Rigid3 board_from_plane;  // z axis towards the viewer instead of away
+  board_from_plane.rotation.diagonal() << 1, -1, -1;
+  board_from_plane.translation << middle, 0;
+  PlaneOutline discs;
+  discs.circle_radius_m = grid.radius_m;
+  for (Eigen::Index i = 0; i < centres.cols(); ++i) {
+    const Eigen::Vector2d off = centres.col(i).head<2>() - middle;
+    discs.circle_centres_m.emplace_back(off.x(), -off.y());
+  }
+  const Eigen::Vector2d half = 0.5 * (high - low) + Eigen::Vector2d::Constant(grid.radius_m) +
+                               Eigen::Vector2d::Constant(o.margin_cells * grid.spacing_m);
+  return {cam_from_world * grid.world_from_board * board_from_plane,
+          {rectangle_outline(half), discs},
+          {grid.dark ? o.white_dn : o.black_dn, grid.dark ? o.black_dn : o.white_dn}};
 }
 
 }  // namespace
@@ -296,6 +319,25 @@ Eigen::Matrix3Xd ChessboardTarget::corners_m() const {
   return corners;
 }
 
+void CircleGridTarget::validate() const {
+  require(columns >= 2 && columns <= 1000, "grid: columns", columns, "between 2 and 1000");
+  require(rows >= 2 && rows <= 1000, "grid: rows", rows, "between 2 and 1000");
+  require(spacing_m > 0 && std::isfinite(spacing_m), "grid: spacing_m", spacing_m, "positive");
+  const double nearest_m = asymmetric ? std::sqrt(2) * spacing_m : spacing_m;
+  require(radius_m > 0 && 2 * radius_m < nearest_m, "grid: radius_m", radius_m,
+          "positive, less than half the distance of neighbouring discs");
+  Rigid3::from_matrix(world_from_board.matrix(), "world_from_board");
+}
+
+Eigen::Matrix3Xd CircleGridTarget::centres_m() const {
+  Eigen::Matrix3Xd centres(3, columns * rows);
+  for (int row = 0; row < rows; ++row)
+    for (int column = 0; column < columns; ++column)
+      centres.col(row * columns + column) =
+          spacing_m * Eigen::Vector3d(asymmetric ? 2 * column + row % 2 : column, row, 0);
+  return centres;
+}
+
 void TargetImageOptions::validate() const {
   require(psf_sigma_px >= 0.1 && psf_sigma_px <= 20, "psf_sigma_px", psf_sigma_px,
           "between 0.1 and 20");
@@ -356,6 +398,18 @@ TargetRenderer::TargetRenderer(TargetField field, const Camera& camera,
       truth.corners_px = impl_->near_centre(figure, cam_from_board, board.corners_m());
     }
     impl_->truth.boards.push_back(truth);
+  }
+  for (const CircleGridTarget& grid : field.grids) {
+    grid.validate();
+    const Figure figure = grid_figure(grid, cam_from_world, options);
+    const Impl::Seen seen = impl_->add(figure);
+    CircleGridTruth truth;
+    truth.in_view = seen.in_view;
+    truth.whole = seen.whole;
+    if (!seen.contours.empty())
+      truth.centres_px =
+          impl_->near_centre(figure, cam_from_world * grid.world_from_board, grid.centres_m());
+    impl_->truth.grids.push_back(truth);
   }
   std::stable_sort(impl_->sheets.begin(), impl_->sheets.end(),
                    [](const Sheet& a, const Sheet& b) { return a.distance_m > b.distance_m; });

@@ -14,7 +14,7 @@ from matplotlib.patches import PathPatch
 from matplotlib.path import Path as Outline
 from numpy.typing import NDArray
 
-from .._core import tag_pattern
+from .._core import circle_grid_positions, tag_pattern
 
 PAPERS_MM = {"A4": (210.0, 297.0), "A3": (297.0, 420.0), "Letter": (215.9, 279.4)}
 MM_PER_INCH = 25.4
@@ -49,10 +49,29 @@ class Pattern:
 
 
 @dataclass(frozen=True)
+class Discs:
+    """Black discs of a target. Their centres are from its upper left corner."""
+
+    centres_mm: NDArray[np.float64]
+    radius_mm: float
+    label: str = ""
+
+    @property
+    def size_mm(self) -> tuple[float, float]:
+        wide, high = self.centres_mm.max(axis=0) + self.radius_mm
+        return float(wide), float(high)
+
+    @property
+    def gap_mm(self) -> float:
+        """White space between neighbouring targets: a diameter."""
+        return 2 * self.radius_mm
+
+
+@dataclass(frozen=True)
 class Placed:
     """A pattern with the position of its upper left corner."""
 
-    pattern: Pattern
+    pattern: Pattern | Discs
     x_mm: float
     y_mm: float
 
@@ -78,10 +97,19 @@ def chessboard(columns: int, rows: int, square_m: float) -> Pattern:
     return Pattern((row + column) % 2 == 0, 1e3 * square_m, "")
 
 
+def circle_grid(columns: int, rows: int, asymmetric: bool, spacing_m: float, diameter_m: float) -> Discs:
+    """Raises: ValueError if neighbouring discs touch."""
+    nearest_m = math.sqrt(2) * spacing_m if asymmetric else spacing_m
+    if not diameter_m < nearest_m:
+        raise ValueError(f"discs of {1e3 * diameter_m:g} mm touch: their centres are {1e3 * nearest_m:.4g} mm apart")
+    radius_mm = 500 * diameter_m
+    return Discs(1e3 * circle_grid_positions(columns, rows, asymmetric, spacing_m) + radius_mm, radius_mm)
+
+
 class Grid:
     """Positions of equal targets on one page."""
 
-    def __init__(self, pattern: Pattern, width_mm: float, height_mm: float):
+    def __init__(self, pattern: Pattern | Discs, width_mm: float, height_mm: float):
         self.page_mm = width_mm, height_mm
         wide, high = pattern.size_mm
         self._gap = pattern.gap_mm
@@ -95,7 +123,7 @@ class Grid:
     def count(self) -> int:
         return self.columns * self.rows
 
-    def place(self, patterns: Sequence[Pattern], footer: str) -> Page:
+    def place(self, patterns: Sequence[Pattern | Discs], footer: str) -> Page:
         columns = min(self.columns, len(patterns))
         rows = -(-len(patterns) // columns)
         left, top = (
@@ -109,18 +137,18 @@ class Grid:
         return Page(*self.page_mm, targets, footer)
 
 
-def max_cell_mm(pattern: Pattern, paper: str) -> float:
-    """Largest side of a cell with which the target fits on the paper."""
-    rows, columns = (int(count) for count in pattern.black.shape)
+def max_scale(pattern: Pattern | Discs, paper: str) -> float:
+    """Largest scale with which the target fits on the paper."""
+    own_wide, own_high = pattern.size_mm
     label_mm = LABEL_MM if pattern.label else 0
     sides = PAPERS_MM[paper]
     return max(
-        min((wide - 2 * MARGIN_MM) / columns, (high - 2 * MARGIN_MM - FOOTER_MM - label_mm) / rows)
+        min((wide - 2 * MARGIN_MM) / own_wide, (high - 2 * MARGIN_MM - FOOTER_MM - label_mm) / own_high)
         for wide, high in (sides, sides[::-1])
     )
 
 
-def pages(patterns: Sequence[Pattern], paper: str, footer: str, per_page: int | None = None) -> list[Page]:
+def pages(patterns: Sequence[Pattern | Discs], paper: str, footer: str, per_page: int | None = None) -> list[Page]:
     """Places equal targets on as few pages as possible, upright or across.
 
     Raises: ValueError with the largest possible scale if a target does not fit on the paper.
@@ -129,7 +157,7 @@ def pages(patterns: Sequence[Pattern], paper: str, footer: str, per_page: int | 
     grid = max((Grid(patterns[0], *each) for each in (sides, sides[::-1])), key=lambda each: each.count)
     if grid.count == 0:
         wide, high = patterns[0].size_mm
-        factor = max_cell_mm(patterns[0], paper) / patterns[0].cell_mm
+        factor = max_scale(patterns[0], paper)
         raise ValueError(
             f"a target of {wide:.4g} x {high:.4g} mm with its border does not fit on {paper} "
             f"({sides[0]:g} x {sides[1]:g} mm, less {MARGIN_MM:g} mm at the border and {FOOTER_MM:g} mm for the bar); "
@@ -139,13 +167,13 @@ def pages(patterns: Sequence[Pattern], paper: str, footer: str, per_page: int | 
     return [grid.place(patterns[i : i + count], footer) for i in range(0, len(patterns), count)]
 
 
-def runs(placed: Placed) -> Iterator[tuple[float, float, float, float]]:
+def runs(pattern: Pattern, x_mm: float, y_mm: float) -> Iterator[tuple[float, float, float, float]]:
     """Black rectangles (x, y, width, height) of a target: the runs of black cells of each row."""
-    cell = placed.pattern.cell_mm
-    for row, cells in enumerate(placed.pattern.black):
+    cell = pattern.cell_mm
+    for row, cells in enumerate(pattern.black):
         edges = np.flatnonzero(np.diff(cells.astype(int), prepend=0, append=0))
         for begin, end in edges.reshape(-1, 2):
-            yield placed.x_mm + cell * begin, placed.y_mm + cell * row, cell * (end - begin), cell
+            yield x_mm + cell * begin, y_mm + cell * row, cell * (end - begin), cell
 
 
 def bar(page: Page) -> Iterator[tuple[float, float, float, float]]:
@@ -168,6 +196,15 @@ def outline(rectangles: Iterator[tuple[float, float, float, float]]) -> Outline:
     return Outline(np.array(vertices), codes)
 
 
+def outline_of(placed: Placed) -> Outline:
+    """One path of all black parts of a target."""
+    if isinstance(placed.pattern, Pattern):
+        return outline(runs(placed.pattern, placed.x_mm, placed.y_mm))
+    centres = placed.pattern.centres_mm + [placed.x_mm, placed.y_mm]
+    radius = placed.pattern.radius_mm
+    return Outline.make_compound_path(*(Outline.circle((float(x), float(y)), radius) for x, y in centres))
+
+
 def draw(page: Page) -> Figure:
     """Draws a page to scale."""
     figure = Figure(figsize=(page.width_mm / MM_PER_INCH, page.height_mm / MM_PER_INCH), facecolor="white")
@@ -176,7 +213,7 @@ def draw(page: Page) -> Figure:
     axes.set_xlim(0, page.width_mm)
     axes.set_ylim(page.height_mm, 0)
     for placed in page.targets:
-        axes.add_patch(PathPatch(outline(runs(placed)), facecolor="black", edgecolor="none", linewidth=0))
+        axes.add_patch(PathPatch(outline_of(placed), facecolor="black", edgecolor="none", linewidth=0))
         wide, high = placed.pattern.size_mm
         below = placed.y_mm + high + LABEL_MM / 2
         axes.text(placed.x_mm + wide / 2, below, placed.pattern.label, ha="center", va="center", fontsize=FONT_PT)

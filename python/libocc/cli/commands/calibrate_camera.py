@@ -29,6 +29,31 @@ def board_of(ctx: click.Context, param: click.Parameter, value: str | None) -> t
     return int(found[1]), int(found[2])
 
 
+def circles_of(ctx: click.Context, param: click.Parameter, value: str | None) -> tuple[int, int] | None:
+    """Parses COLUMNSxROWS of discs."""
+    if value is None:
+        return None
+    found = re.fullmatch(r"(\d+)x(\d+)", value)
+    if not found or int(found[1]) < 2 or int(found[2]) < 3:
+        raise click.BadParameter(f"{value!r} must be COLUMNSxROWS of discs, at least 2x3, such as 4x11", ctx, param)
+    return int(found[1]), int(found[2])
+
+
+def check_targets(
+    tag_size_m: float | None, chessboard: tuple[int, int] | None, square_m: float | None,
+    circles: tuple[int, int] | None, spacing_m: float | None, diameter_m: float | None,
+) -> None:
+    """Raises: Failure unless the options describe exactly one kind of target."""
+    if sum(each is not None for each in (tag_size_m, chessboard, circles)) != 1:
+        raise Failure(
+            "give either --tag-size, or --chessboard with --square, or --circles with --spacing and --diameter"
+        )
+    if chessboard is not None and square_m is None:
+        raise Failure("--chessboard needs --square")
+    if circles is not None and (spacing_m is None or diameter_m is None):
+        raise Failure("--circles needs --spacing and --diameter")
+
+
 def free_parameters(camera: occ.Camera) -> list[str]:
     """All parameters except the skew, and C1 and C2 of Brown's distortion, to which fx_px and fy_px are equivalent."""
     return [parameter.name for parameter in camera.parameters if parameter.name not in ("skew_px", "c1", "c2")]
@@ -100,7 +125,7 @@ def plane_of_tag(tag: occ.targets.AprilTag) -> tuple[Any, Any]:
     return np.array([[-1.0, -1], [1, -1], [1, 1], [-1, 1]]), tag.corners_px
 
 
-@click.command(short_help="Calibrate a camera from images of AprilTags or of a chessboard.")
+@click.command(short_help="Calibrate a camera from images of AprilTags, a chessboard or a grid of discs.")
 @click.argument("images", nargs=-1, required=True, metavar="IMAGE...")
 @click.option("--tag-size", "tag_size_m", type=click.FloatRange(0, MAX_SIZE_M, min_open=True), metavar="M",
               help="Side of the tags' black squares [m]; the positions of the tags need not be known.")
@@ -108,6 +133,14 @@ def plane_of_tag(tag: occ.targets.AprilTag) -> tuple[Any, Any]:
 @click.option("--chessboard", callback=board_of, metavar="COLSxROWS", help="Inner corners of the board in every image.")
 @click.option("--square", "square_m", type=click.FloatRange(0, MAX_SIZE_M, min_open=True), metavar="M",
               help="Side of the board's squares [m].")
+@click.option("--circles", callback=circles_of, metavar="COLSxROWS",
+              help="Discs of the grid in every image. Odd rows are shifted by the spacing, unless --symmetric.")
+@click.option("--symmetric", is_flag=True, help="The rows of --circles are not shifted.")
+@click.option("--spacing", "spacing_m", type=click.FloatRange(0, MAX_SIZE_M, min_open=True), metavar="M",
+              help="Distance of the rows of --circles [m]: half the distance of the discs of a row, or, with "
+                   "--symmetric, their distance.")
+@click.option("--diameter", "diameter_m", type=click.FloatRange(0, MAX_SIZE_M, min_open=True), metavar="M",
+              help="Diameter of the discs [m].")
 @click.option("--model", type=click.Choice(MODELS), default="pinhole", show_default=True)
 @click.option("--coefficients", type=click.Choice(["0", "4", "5", "8", "12", "14"]), default="5", show_default=True,
               help="Number of distortion coefficients of a pinhole camera; a fisheye camera has at most 4.")
@@ -120,32 +153,32 @@ def plane_of_tag(tag: occ.targets.AprilTag) -> tuple[Any, Any]:
 @click.pass_context
 def command(
     ctx: click.Context, images: tuple[str, ...], tag_size_m: float | None, family: str,
-    chessboard: tuple[int, int] | None, square_m: float | None, model: str, coefficients: str, focal_px: float | None,
+    chessboard: tuple[int, int] | None, square_m: float | None, circles: tuple[int, int] | None, symmetric: bool,
+    spacing_m: float | None, diameter_m: float | None, model: str, coefficients: str, focal_px: float | None,
     camera_path: str | None, distance: tuple[Any, ...], out: str, datum_kind: str | None, select: bool, ladder: bool,
     robust: bool, as_json: bool,
 ) -> None:
-    """Calibrates the camera that took IMAGEs of AprilTags or of one chessboard. The tags have one size and
-    may be anywhere; at least two must be visible in every image. Writes a folder with report.html,
+    """Calibrates the camera that took IMAGEs of AprilTags, of one chessboard, or of one grid of discs. The tags
+    have one size and may be anywhere; at least two must be visible in every image. Writes a folder with report.html,
     result.json, and camera files for libocc, OpenCV and ROS.
 
     \b
     libocc calibrate camera *.png --tag-size 0.08 --out calibrated
     libocc calibrate camera left*.jpg --chessboard 9x6 --square 0.025 --out calibrated
+    libocc calibrate camera left*.jpg --circles 4x11 --spacing 0.02 --diameter 0.018 --out calibrated
 
     Exit code 0: calibrated; 1: not determined or not converged (the folder has the last state);
     2: bad input.
     """
-    from ..calibration import pictures
+    from ..calibration import circles as discs, pictures
 
-    if (tag_size_m is None) == (chessboard is None):
-        raise Failure("give either --tag-size, or --chessboard with --square")
-    if chessboard is not None and square_m is None:
-        raise Failure("--chessboard needs --square")
+    check_targets(tag_size_m, chessboard, square_m, circles, spacing_m, diameter_m)
     start, keep = None, []
     if camera_path is not None:
         with error_context(camera_path):
             start = occ.read_camera(camera_path)
-    settings = {"kind": "camera", "images": list(images), "tag_size_m": tag_size_m, "square_m": square_m}
+    settings = {"kind": "camera", "images": list(images), "tag_size_m": tag_size_m, "square_m": square_m,
+                "spacing_m": spacing_m, "diameter_m": diameter_m}
     notes: list[str] = []
     try:
         if chessboard is not None and square_m is not None:
@@ -153,6 +186,11 @@ def command(
                 boards, sizes = pictures.find_boards(images, *chessboard, advance)
             points = pictures.board_points(*chessboard, square_m)
             views: list[Any] = [(points[:, :2], board[0]) for board in boards if board is not None]
+        elif circles is not None and spacing_m is not None:
+            with progress("detecting the grid", len(images)) as advance:
+                boards, sizes = discs.find_grids(images, *circles, not symmetric, advance)
+            points = discs.grid_points(*circles, not symmetric, spacing_m)
+            views = [(points[:, :2], grid.px) for grid in boards if grid is not None]
         else:
             tags, sizes = pictures.find_tags(images, family)
             views = [plane_of_tag(tag) for seen in tags for tag in seen]
@@ -164,6 +202,9 @@ def command(
         if chessboard is not None:
             target = f"chessboard of {chessboard[0]}x{chessboard[1]} inner corners"
             hint = "a board has one inner corner less than squares in each direction, and must be whole in the picture"
+        if circles is not None:
+            target = f"{'symmetric' if symmetric else 'asymmetric'} grid of {circles[0]}x{circles[1]} discs"
+            hint = "a row of an asymmetric grid has half as many discs as columns of discs; the grid must be whole"
         raise Failure(f"no {target} was detected in any of {len(images)} images; {hint}")
     if start is not None and (start.width, start.height) != size:
         sizes_text = f"{start.width} x {start.height} px, the images have {size[0]} x {size[1]} px"
@@ -177,15 +218,27 @@ def command(
     free = free_parameters(start)
     if chessboard is not None:
         started = pictures.network_of_boards(start, free, images, boards, points)
-        missing = [image for image, board in zip(images, boards) if board is None]
-        notes += [f"{image}: no chessboard was detected; the image is not used" for image in missing]
+        hidden = {image: board.unfitted for image, board in zip(images, boards) if board is not None and board.unfitted}
+        notes += [
+            f"{image}: {count} corners are measured coarsely or predicted by their neighbours: glare, or something "
+            "covers them" for image, count in hidden.items()
+        ]
+        network = started.network
+    elif circles is not None:
+        assert diameter_m is not None
+        started, network, about_discs = discs.network_of_grids(start, free, images, boards, points, diameter_m / 2)
+        notes += about_discs
     else:
         assert tag_size_m is not None
         started = pictures.network_of_tags(start, free, images, tags, family, tag_size_m)
+        network = started.network
+    if tag_size_m is None:
+        what = "chessboard" if chessboard is not None else "grid of discs"
+        missing = [image for image, board in zip(images, boards) if board is None]
+        notes += [f"{image}: no {what} was detected; the image is not used" for image in missing]
     if not started.ok:
         raise Failure(f"{started.status.name}: {started.message}")
     notes += started.warnings
-    network = started.network
     add_distances(network, distance)
     finish(ctx, network, occ.network.Datum(kind=occ.network.DatumKind[datum_kind or "inner"]), out=out,
            title=f"Camera from {len(images)} images", select=select, ladder=ladder, robust=robust, as_json=as_json,

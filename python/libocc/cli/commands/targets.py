@@ -7,11 +7,11 @@ import libocc as occ
 
 from .. import Failure, error_context
 from ..files import whole_file
-from .calibrate_camera import board_of
+from .calibrate_camera import board_of, check_targets, circles_of
 
 PAPERS = ("A4", "A3", "Letter")
 MAX_TARGETS = 600  # the largest common family, tag36h11, has 587 tags
-MIN_TAG_M, MIN_SQUARE_M, MAX_M = 0.01, 0.002, 10.0  # cells of 1 mm and more are printed well
+MIN_TAG_M, MIN_SQUARE_M, MIN_DISC_M, MAX_M = 0.01, 0.002, 0.002, 10.0  # cells of 1 mm and more are printed well
 
 
 def ids_of(ctx: click.Context, param: click.Parameter, value: str) -> list[int]:
@@ -54,7 +54,7 @@ def files_of(out: str, pages: int) -> list[str]:
     return [str(path.with_name(f"{path.stem}-{i + 1}{path.suffix}")) for i in range(pages)]
 
 
-@click.command(short_help="Write calibration targets to print: AprilTags or a chessboard.")
+@click.command(short_help="Write calibration targets to print: AprilTags, a chessboard or a grid of discs.")
 @click.option("--out", required=True, metavar="FILE.pdf|.svg", help="The sheets; SVG has one file per page.")
 @click.option("--tag-size", "tag_size_m", type=click.FloatRange(MIN_TAG_M, MAX_M), metavar="M",
               help="Side of the tags' black squares [m].")
@@ -66,38 +66,59 @@ def files_of(out: str, pages: int) -> list[str]:
 @click.option("--chessboard", callback=board_of, metavar="COLSxROWS", help="Inner corners of a chessboard.")
 @click.option("--square", "square_m", type=click.FloatRange(MIN_SQUARE_M, MAX_M), metavar="M",
               help="Side of the chessboard's squares [m].")
+@click.option("--circles", callback=circles_of, metavar="COLSxROWS",
+              help="Discs of a grid. Odd rows are shifted by the spacing, unless --symmetric.")
+@click.option("--symmetric", is_flag=True, help="The rows of --circles are not shifted.")
+@click.option("--spacing", "spacing_m", type=click.FloatRange(MIN_DISC_M, MAX_M), metavar="M",
+              help="Distance of the rows of --circles [m]: half the distance of the discs of a row, or, with "
+                   "--symmetric, their distance.")
+@click.option("--diameter", "diameter_m", type=click.FloatRange(MIN_DISC_M, MAX_M), metavar="M",
+              help="Diameter of the discs [m].")
 @click.option("--paper", type=click.Choice(PAPERS, case_sensitive=False), default="A4", show_default=True)
 def command(
     out: str, tag_size_m: float | None, ids: list[int], family: str, per_page: int | None,
-    chessboard: tuple[int, int] | None, square_m: float | None, paper: str,
+    chessboard: tuple[int, int] | None, square_m: float | None, circles: tuple[int, int] | None, symmetric: bool,
+    spacing_m: float | None, diameter_m: float | None, paper: str,
 ) -> None:
     """\b
     $ libocc targets --tag-size 0.08 --ids 0-3 --out tags.pdf
     tags.pdf: tag36h11, ids 0-3, 80 mm; 1 page of A4
     print at 100 % and measure the bar of 100 mm; if it has B mm, the size is 0.08 x B/100
 
-    Writes AprilTags or a chessboard to scale, for `libocc calibrate camera` and as landmarks of a scene.
-    Every page has a bar of 100 mm, to check the scale of the print, and a line with family, ids and size.
+    Writes AprilTags, a chessboard or a grid of discs to scale, for `libocc calibrate camera` and as landmarks
+    of a scene. Every page has a bar of 100 mm, to check the scale of the print, and a line with family, ids and size.
     As many tags as possible are on one page. Glue the sheets to something flat.
 
     \b
     libocc targets --chessboard 9x6 --square 0.025 --out board.pdf
+    libocc targets --circles 4x11 --spacing 0.02 --diameter 0.018 --out circles.pdf
     """
     from .. import target_sheets as sheets
 
-    if (tag_size_m is None) == (chessboard is None):
-        raise Failure("give either --tag-size, or --chessboard with --square")
-    if chessboard is not None and square_m is None:
-        raise Failure("--chessboard needs --square")
-    size_m = tag_size_m if square_m is None or chessboard is None else square_m
-    assert size_m is not None
-    if chessboard is not None:
+    check_targets(tag_size_m, chessboard, square_m, circles, spacing_m, diameter_m)
+    if circles is not None:
+        assert spacing_m is not None and diameter_m is not None
+        size_m, option = spacing_m, "--spacing"
+        columns, rows = circles
+        kind = "symmetric" if symmetric else "asymmetric"
+        spaced = f"spacing {1e3 * spacing_m:g} mm, diameter {1e3 * diameter_m:g} mm"
+        what = about = f"{kind} grid of {columns}x{rows} discs, {spaced}"
+        use = f"--circles {columns}x{rows}{' --symmetric' if symmetric else ''} --diameter {diameter_m:g} --spacing"
+        with error_context("--diameter"):
+            patterns: list[sheets.Pattern | sheets.Discs] = [
+                sheets.circle_grid(columns, rows, not symmetric, spacing_m, diameter_m)
+            ]
+    elif chessboard is not None:
+        assert square_m is not None
+        size_m, option = square_m, "--square"
         columns, rows = chessboard
         what = f"chessboard, {columns}x{rows} inner corners, squares of {1e3 * size_m:g} mm"
         about = what
         use = f"--chessboard {columns}x{rows} --square"
         patterns = [sheets.chessboard(columns, rows, size_m)]
     else:
+        assert tag_size_m is not None
+        size_m, option = tag_size_m, "--tag-size"
         if family not in occ.targets.april_tag_families():
             raise Failure(f"--family: must be one of {', '.join(occ.targets.april_tag_families())}, got {family}")
         with error_context("--ids"):
@@ -106,11 +127,13 @@ def command(
         about = f"{family}, {1e3 * size_m:g} mm"
         use = "--tag-size"
     scale = f"the size is {size_m:g} x B/100"
+    if diameter_m is not None and circles is not None:
+        scale = f"the spacing is {size_m:g} x B/100, the diameter {diameter_m:g} x B/100"
     footer = (
         f'100 mm: print at 100 % ("actual size") and measure this bar; if it has B mm, {scale}.\n'
         f"{about}: libocc calibrate camera IMAGE... {use} {size_m:g} --out FOLDER"
     )
-    with error_context("--tag-size" if chessboard is None else "--square"):
+    with error_context(option):
         pages = sheets.pages(patterns, paper, footer, per_page)
     files = files_of(out, len(pages))
     for i, name in enumerate(files):

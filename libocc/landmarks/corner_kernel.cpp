@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "libocc/landmarks/internal/corner_kernel.hpp"
+
+#include <cstdint>
+#include <cstring>
+
+#include "libocc/core/internal/multiversion.hpp"
+
+namespace occ::internal::landmarks {
+namespace {
+
+constexpr float two_by_root_pi = 1.12837917F;
+
+/// exp(x) for -80 <= x <= 0: 2^k times a polynomial of the fraction, with a relative error of 2e-7.
+LIBOCC_INLINE float exp_of(float x) {
+  constexpr float log2_e = 1.44269504F, ln_2 = 0.693147181F;
+  const float scaled = x * log2_e;
+  const auto whole = static_cast<std::int32_t>(scaled - 0.5F);  // rounds, as scaled <= 0
+  const float r = (scaled - static_cast<float>(whole)) * ln_2;  // at most ln(2) / 2
+  const float power =
+      1 + r * (1 + r * (1.0F / 2 + r * (1.0F / 6 + r * (1.0F / 24 + r * (1.0F / 120 + r / 720)))));
+  const std::int32_t bits = (whole + 127) << 23;  // 2^whole as IEEE 754 single
+  float scale;
+  std::memcpy(&scale, &bits, sizeof scale);
+  return power * scale;
+}
+
+/// An edge across the window: erf(z) + c z^3 exp(-z^2), its derivative by z, and that by c. erf is
+/// approximated to 1.5e-7 (Abramowitz, Stegun, "Handbook of mathematical functions", 1964,
+/// eq. 7.1.26).
+struct BlurredEdge {
+  float value, slope, by_overshoot;
+};
+
+LIBOCC_INLINE BlurredEdge blurred_edge(float z_of_edge, float overshoot) {
+  const float size_of_edge = z_of_edge < 0 ? -z_of_edge : z_of_edge;
+  const float size = size_of_edge < 8 ? size_of_edge : 8;  // the bell is below 1e-27
+  const float z = z_of_edge < 0 ? -size : size;
+  const float z2 = z * z, bell = exp_of(-z2);
+  const float t = 1 / (1 + 0.3275911F * size);
+  const float tail =
+      t * (0.254829592F +
+           t * (-0.284496736F + t * (1.421413741F + t * (-1.453152027F + t * 1.061405429F))));
+  const float of_size = 1 - tail * bell, by_overshoot = z * z2 * bell;
+  return {(z < 0 ? -of_size : of_size) + overshoot * by_overshoot,
+          (two_by_root_pi + overshoot * z2 * (3 - 2 * z2)) * bell, by_overshoot};
+}
+
+template <Simd>
+LIBOCC_INLINE void evaluate_body(const CornerParameters& p, const CornerWindow& w, float* rows) {
+  const int n = w.count;
+  float *cx = rows, *cy = rows + n, *turn_1 = rows + 2 * n, *turn_2 = rows + 3 * n,
+        *blur = rows + 4 * n, *level = rows + 5 * n, *level_x = rows + 6 * n,
+        *level_y = rows + 7 * n, *step_0 = rows + 8 * n, *step_x = rows + 9 * n,
+        *step_y = rows + 10 * n, *overshoot = rows + 11 * n, *residual = rows + 12 * n;
+  const float inverse_blur = 1 / p.blur_px;
+  const float root_half = 0.707106781F;
+  for (int i = 0; i < n; ++i) {
+    const float in = w.inside[i], gx = w.x[i] * w.per_px, gy = w.y[i] * w.per_px;
+    const float dx = w.x[i] - p.centre_x, dy = w.y[i] - p.centre_y;
+    const float q1 = (p.cosine[0] * dy - p.sine[0] * dx) * inverse_blur;
+    const float q2 = (p.cosine[1] * dy - p.sine[1] * dx) * inverse_blur;
+    const BlurredEdge e1 = blurred_edge(root_half * q1, p.overshoot);
+    const BlurredEdge e2 = blurred_edge(root_half * q2, p.overshoot);
+    const float step = p.step + p.step_x * gx + p.step_y * gy;
+    const float scale = in * step * root_half * inverse_blur;
+    const float by_1 = scale * e1.slope * e2.value, by_2 = scale * e2.slope * e1.value;
+    cx[i] = by_1 * p.sine[0] + by_2 * p.sine[1];
+    cy[i] = -by_1 * p.cosine[0] - by_2 * p.cosine[1];
+    turn_1[i] = -by_1 * (p.cosine[0] * dx + p.sine[0] * dy);
+    turn_2[i] = -by_2 * (p.cosine[1] * dx + p.sine[1] * dy);
+    blur[i] = -(by_1 * q1 + by_2 * q2);
+    const float product = in * e1.value * e2.value;
+    level[i] = in;
+    level_x[i] = in * gx;
+    level_y[i] = in * gy;
+    step_0[i] = product;
+    step_x[i] = product * gx;
+    step_y[i] = product * gy;
+    overshoot[i] = in * step * (e1.by_overshoot * e2.value + e2.by_overshoot * e1.value);
+    const float model = in * (p.level + p.level_x * gx + p.level_y * gy) + step * product;
+    residual[i] = in * w.grey[i] - model;
+  }
+}
+LIBOCC_MULTIVERSION(evaluate, (const CornerParameters& p, const CornerWindow& w, float* rows),
+                    (p, w, rows))
+
+constexpr int folded_lanes = 4;
+static_assert(kernel_lanes == 32, "lanes are folded by halves");
+
+/// Sums of each lane, folded to four in a fixed order.
+template <Simd>
+LIBOCC_INLINE void lane_sums_body(const float* a, const float* b, int count, float* sums) {
+  float lanes[kernel_lanes] = {};
+  for (int i = 0; i < count; i += kernel_lanes)
+    for (int k = 0; k < kernel_lanes; ++k) lanes[k] += a[i + k] * b[i + k];
+  for (int k = 0; k < 16; ++k) lanes[k] += lanes[k + 16];
+  for (int k = 0; k < 8; ++k) lanes[k] += lanes[k + 8];
+  for (int k = 0; k < folded_lanes; ++k) sums[k] = lanes[k] + lanes[k + folded_lanes];
+}
+LIBOCC_MULTIVERSION(lane_sums, (const float* a, const float* b, int count, float* sums),
+                    (a, b, count, sums))
+
+}  // namespace
+
+void evaluate_corner(const CornerParameters& parameters, const CornerWindow& window, float* rows) {
+  evaluate_for(widest_simd())(parameters, window, rows);
+}
+
+double lane_dot(const float* a, const float* b, int count) {
+  static const auto sum = lane_sums_for(widest_simd());
+  float sums[folded_lanes];
+  sum(a, b, count, sums);
+  return (static_cast<double>(sums[0]) + sums[1]) + (static_cast<double>(sums[2]) + sums[3]);
+}
+
+}  // namespace occ::internal::landmarks

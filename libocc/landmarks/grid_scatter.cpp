@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "libocc/landmarks/internal/grid_scatter.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "libocc/core/internal/dense.hpp"
+
+namespace occ::internal::landmarks {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+/// Positions scaled to -1 to 1 per axis.
+Eigen::Matrix2Xd normalised(const Eigen::Matrix2Xd& at) {
+  const Eigen::Vector2d low = at.rowwise().minCoeff(), high = at.rowwise().maxCoeff();
+  const Eigen::Vector2d scale = 2 * (high - low).cwiseInverse();
+  return (scale.asDiagonal() * (at.colwise() - low)).array() - 1;
+}
+
+/// Number of different values.
+int value_count(const Eigen::RowVectorXd& values) {
+  std::vector<double> sorted(values.data(), values.data() + values.size());
+  std::sort(sorted.begin(), sorted.end());
+  constexpr double same = 1e-6;  // of the range
+  int count = 1;
+  for (std::size_t i = 1; i < sorted.size(); ++i) count += sorted[i] - sorted[i - 1] > same;
+  return count;
+}
+
+/// Homography of the positions by linear least squares (Hartley, Zisserman, "Multiple view
+/// geometry", 2nd edition, section 4.1.2, with h_33 = 1): their images.
+Eigen::Matrix2Xd by_homography(const Eigen::Matrix2Xd& at, const Eigen::Matrix2Xd& px) {
+  const Index n = at.cols();
+  MatrixXd a = MatrixXd::Zero(2 * n, 8);
+  VectorXd b(2 * n);
+  for (Index i = 0; i < n; ++i)
+    for (const Index axis : {0, 1}) {
+      const Index row = 2 * i + axis;
+      a.block<1, 2>(row, 3 * axis) = at.col(i).transpose();
+      a(row, 3 * axis + 2) = 1;
+      a.block<1, 2>(row, 6) = -px(axis, i) * at.col(i).transpose();
+      b[row] = px(axis, i);
+    }
+  const VectorXd h = core::solve_pivoted_qr(a, b);
+  Eigen::Matrix2Xd image(2, n);
+  for (Index i = 0; i < n; ++i) {
+    const double depth = 1 + h.segment<2>(6).dot(at.col(i));
+    for (const Index axis : {0, 1})
+      image(axis, i) = (h.segment<2>(3 * axis).dot(at.col(i)) + h[3 * axis + 2]) / depth;
+  }
+  return image;
+}
+
+/// Monomials of the positions, of at most `degree`.
+MatrixXd monomials(const Eigen::Matrix2Xd& at, int degree) {
+  const int max_x = std::min(degree, value_count(at.row(0)) - 1);
+  const int max_y = std::min(degree, value_count(at.row(1)) - 1);
+  MatrixXd terms(at.cols(), (max_x + 1) * (max_y + 1));
+  Index count = 0;
+  for (int a = 0; a <= max_x; ++a)
+    for (int b = 0; b <= max_y; ++b) {
+      if (a + b > degree) continue;
+      terms.col(count++) =
+          (at.row(0).array().pow(a) * at.row(1).array().pow(b)).matrix().transpose();
+    }
+  return terms.leftCols(count);
+}
+
+}  // namespace
+
+double grid_scatter_px2(const Eigen::Matrix2Xd& positions, const Eigen::Matrix2Xd& px,
+                        const std::vector<Eigen::Matrix2d>& covariances) {
+  constexpr int max_degree = 7, min_degree = 3;
+  const Index n = px.cols();
+  const Eigen::Matrix2Xd at = normalised(positions);
+  const Eigen::Vector2d mean = px.rowwise().mean();
+  const double size = (px.colwise() - mean).colwise().norm().maxCoeff();
+  const Eigen::Matrix2Xd scaled = (px.colwise() - mean) / size;
+  const Eigen::Matrix2Xd off = size * (scaled - by_homography(at, scaled));
+  if (!off.allFinite()) return 0;
+  // Terms of a higher degree are for wide-angle lenses; otherwise they only add to the uncertainty
+  // of the estimate.
+  constexpr double max_ratio = 0.5;  // of the variances, to accept a higher degree
+  double best_px2 = std::numeric_limits<double>::infinity();
+  for (int degree = min_degree; degree <= max_degree; ++degree) {
+    const MatrixXd terms = monomials(at, degree);
+    // A quarter of the equations remain for the variance, with those of the homography.
+    if (4 * (terms.cols() + 2) > 3 * n) break;
+    const MatrixXd q = core::householder_q(terms, terms.cols());
+    const Eigen::Matrix2Xd residuals = off - (off * q) * q.transpose();
+    double expected = 0, freedom = -2;
+    for (Index i = 0; i < n; ++i) {
+      const double redundancy = 1 - q.row(i).squaredNorm();
+      expected += redundancy * covariances[static_cast<std::size_t>(i)].trace();
+      freedom += 2 * redundancy;
+    }
+    expected *= freedom / (freedom + 2);  // two parameters of the homography
+    const double px2 = std::max(0.0, (residuals.squaredNorm() - expected) / freedom);
+    if (!(px2 > max_ratio * best_px2)) best_px2 = px2;
+  }
+  return std::isfinite(best_px2) ? best_px2 : 0;
+}
+
+}  // namespace occ::internal::landmarks
