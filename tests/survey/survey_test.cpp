@@ -1,0 +1,170 @@
+// SPDX-License-Identifier: Apache-2.0
+// Maps of lamps from pictures without a map: exact and noisy blobs, rendered rooms, and data that
+// must be held back or named.
+#include "libocc/survey/survey.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "libocc/core/math.hpp"
+#include "libocc/detect/detect.hpp"
+#include "libocc/network/precision.hpp"
+#include "tests/support/rendered_rooms.hpp"
+#include "tests/survey/survey_support.hpp"
+
+namespace occ::test {
+namespace {
+
+TEST(Survey, MapsAnIrregularRoomFromUnorderedPictures) {
+  const Scene scene = uneven_room();
+  const auto made = walk(scene, 12, 5);
+  const auto found = survey(pictures_of(made), scene.camera, with_distance(scene, made));
+  ASSERT_TRUE(found.ok()) << found.message;
+  const std::vector<int> truth = truth_of(*found, made);
+  EXPECT_EQ(truth.size(), scene.lamps.size());
+  EXPECT_LT(worst_distance_m(*found, scene, truth), 2e-3);
+  for (const SurveyedLamp& lamp : found->lamps) {
+    EXPECT_NEAR(lamp.lamp.radius_m, 0.08, 4e-4);
+    EXPECT_GT(-lamp.lamp.normal.z(), 0.999);
+  }
+}
+
+TEST(Survey, NumbersLampsInTheOrderOfThePicturesAndStatesTheFrame) {
+  const Scene scene = uneven_room();
+  const auto made = walk(scene, 12, 5);
+  const auto found = survey(pictures_of(made), scene.camera);
+  ASSERT_TRUE(found.ok()) << found.message;
+  EXPECT_EQ(found->scale, SurveyScale::free);
+  double farthest = 0;
+  Vector3d mean = Vector3d::Zero();
+  for (const SurveyedLamp& lamp : found->lamps) {
+    EXPECT_EQ(lamp.lamp.id, &lamp - found->lamps.data());
+    mean += lamp.lamp.centre_m;
+    farthest = std::max(farthest, (lamp.lamp.centre_m - found->lamps[0].lamp.centre_m).norm());
+  }
+  EXPECT_NEAR(farthest, 1, 1e-6);
+  EXPECT_LT(mean.head<2>().norm(), 1e-3);
+}
+
+TEST(Survey, TakesTheScaleFromARadius) {
+  const Scene scene = uneven_room();
+  const auto made = walk(scene, 12, 5);
+  SurveyOptions options;
+  options.radius_m = 0.08;
+  options.radius_sigma = 1e-3;
+  const auto found = survey(pictures_of(made), scene.camera, options);
+  ASSERT_TRUE(found.ok()) << found.message;
+  EXPECT_EQ(found->scale, SurveyScale::radius);
+  EXPECT_GE(found->scale_sigma, 1e-3);
+  EXPECT_LT(worst_distance_m(*found, scene, truth_of(*found, made)), 3.5 * 4 * found->scale_sigma);
+}
+
+TEST(Survey, HoldsBackPicturesOfFourLampsInARectangle) {
+  const Scene scene = room_of({{1, 1, 2.7}, {3, 1, 2.7}, {1, 2.5, 2.7}, {3, 2.5, 2.7}});
+  const auto made = walk(scene, 10, 3);
+  const auto found = survey(pictures_of(made), scene.camera);
+  EXPECT_EQ(found.status, Status::ambiguous) << found.message;
+}
+
+TEST(Survey, NamesPicturesOfAnotherRoom) {
+  const Scene scene = uneven_room();
+  const Scene other = room_of({{0.5, 0.6, 2.7},
+                               {1.9, 0.9, 2.7},
+                               {3.1, 2.2, 2.7},
+                               {1.2, 2.1, 2.7},
+                               {0.9, 3.1, 2.7},
+                               {2.4, 3.2, 2.7}});
+  auto made = walk(scene, 12, 5);
+  for (MadePicture& one : walk(other, 3, 9)) {
+    one.picture.name = "other " + one.picture.name;
+    made.push_back(one);
+  }
+  const auto found = survey(pictures_of(made), scene.camera);
+  ASSERT_TRUE(found.ok()) << found.message;
+  int named = 0;
+  for (const SurveyOmission& omission : found->omissions)
+    named += omission.blob < 0 && omission.picture.rfind("other", 0) == 0;
+  EXPECT_EQ(named, 3);
+  for (std::size_t i = 12; i < made.size(); ++i) EXPECT_EQ(found->image_of_picture[i], -1);
+}
+
+TEST(Survey, NamesADistanceThatContradictsTheOthers) {
+  const Scene scene = uneven_room();
+  const auto made = walk(scene, 12, 5);
+  const auto free = survey(pictures_of(made), scene.camera);
+  const std::vector<int> truth = truth_of(*free, made);
+  SurveyOptions options;
+  for (int to = 1; to < 5; ++to)
+    options.distances.push_back(
+        {0, to, (scene.lamps[truth[0]].centre_m - scene.lamps[truth[to]].centre_m).norm(), 1e-3});
+  options.distances[1].length_m += 0.1;
+  const auto found = survey(pictures_of(made), scene.camera, options);
+  ASSERT_TRUE(found.ok()) << found.message;
+  ASSERT_FALSE(found->warnings.empty());
+  EXPECT_NE(found->warnings[0].find("from lamp 0 to lamp 2 contradicts"), std::string::npos);
+  EXPECT_LT(worst_distance_m(*found, scene, truth), 2e-3);
+}
+
+TEST(Survey, RefusesDistancesOfUnknownLamps) {
+  const Scene scene = uneven_room();
+  const auto made = walk(scene, 12, 5);
+  SurveyOptions options;
+  options.distances = {{0, 17, 1, 1e-3}};
+  EXPECT_THROW(survey(pictures_of(made), scene.camera, options), std::invalid_argument);
+}
+
+TEST(Survey, StatesTooFewPictures) {
+  const Scene scene = uneven_room();
+  const auto found = survey(pictures_of(walk(scene, 1, 5)), scene.camera);
+  EXPECT_EQ(found.status, Status::too_few_lamps);
+  EXPECT_FALSE(found.message.empty());
+}
+
+// Squared errors of the lamps' distances over their predicted variances.
+TEST(Survey, PredictsItsErrors) {
+  double sum = 0;
+  int count = 0;
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    const Scene scene = uneven_room();
+    const auto made = walk(scene, 10, seed);
+    SurveyOptions options = with_distance(scene, made);
+    options.model_sigma_px = 1e-3;  // the blobs have no such error
+    const auto found = survey(pictures_of(made), scene.camera, options);
+    if (!found.ok()) continue;
+    const std::vector<int> truth = truth_of(*found, made);
+    const auto known = precision(found->adjustment.network);
+    ASSERT_TRUE(known.ok());
+    for (int i = 0; i < static_cast<int>(truth.size()); ++i)
+      for (int j = 0; j < i; ++j) {
+        const double found_m =
+            (found->lamps[i].lamp.centre_m - found->lamps[j].lamp.centre_m).norm();
+        const double real_m =
+            (scene.lamps[truth[i]].centre_m - scene.lamps[truth[j]].centre_m).norm();
+        const double sigma = known->distance_sigma_m(Target::of_point(i), Target::of_point(j));
+        sum += square((found_m - real_m) / sigma);
+        ++count;
+      }
+  }
+  ASSERT_GT(count, 200);
+  EXPECT_NEAR(sum / count, 1, 0.25);  // distances of one survey are correlated
+}
+
+TEST(Survey, MapsARoomRenderedByAnotherProgram) {
+  const auto files = rendered_rooms("irregular6");
+  if (files.empty()) GTEST_SKIP() << "no rendered rooms";
+  std::vector<SurveyPicture> pictures;
+  RenderedRoom room;
+  for (const auto& file : files) {
+    room = read_rendered_room(file);
+    DetectOptions options;
+    options.sensor = room.scene.sensor;
+    pictures.push_back({room.name, detect(room.image.view(), options)});
+  }
+  const auto found = survey(pictures, room.scene.camera);
+  ASSERT_TRUE(found.ok()) << found.message;
+  EXPECT_EQ(found->lamps.size(), 6u);
+}
+
+}  // namespace
+}  // namespace occ::test
