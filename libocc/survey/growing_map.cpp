@@ -117,23 +117,19 @@ int GrowingMap::placed_neighbour(int picture) const {
 
 std::vector<MapMatch> GrowingMap::match_near(int picture, int neighbour) const {
   const Rigid3& near = map_.placed[neighbour].cam_from_map;
-  // Half the diagonal of the image, and the motion of single lamps up to twice that of the median.
-  const double half_diagonal = std::atan(
-      0.5 * std::hypot(camera_.width() / camera_.fx_px(), camera_.height() / camera_.fy_px()));
-  const double max_angle = std::min(pi, half_diagonal + 2 * options_.max_motion_rad);
-  LampMap part;
-  part.placed = map_.placed;
-  std::vector<int> index;
-  for (std::size_t lamp = 0; lamp < map_.lamps.size(); ++lamp) {
-    const Vector3d in_cam = near * map_.lamps[lamp].position;
-    if (std::atan2(in_cam.head<2>().norm(), in_cam.z()) > max_angle) continue;
-    index.push_back(static_cast<int>(lamp));
-    part.lamps.push_back(map_.lamps[lamp]);
+  // Single lamps move by up to twice the median, as those above a camera that passes below them.
+  const double min_cosine = std::cos(std::min(pi, 2 * options_.max_motion_rad));
+  MatchCandidates candidates;
+  for (const LampShapeView& view : pictures_[picture].views) {
+    candidates.emplace_back();
+    for (std::size_t lamp = 0; lamp < map_.lamps.size(); ++lamp) {
+      const Vector3d in_cam = near * map_.lamps[lamp].position;
+      if (in_cam.dot(view.bearing) > min_cosine * in_cam.norm())
+        candidates.back().push_back(static_cast<int>(lamp));
+    }
   }
-  std::vector<MapMatch> matches = match_picture(pictures_[picture], part, pictures_, camera_);
-  for (MapMatch& match : matches)
-    for (int& lamp : match.lamp_of_view)
-      if (lamp >= 0) lamp = index[lamp];
+  std::vector<MapMatch> matches =
+      match_picture(pictures_[picture], map_, pictures_, camera_, candidates);
   return without_fast_motions(picture, std::move(matches));
 }
 
@@ -266,7 +262,7 @@ bool GrowingMap::is_one_lamp(int a, int b, double spacing) const {
   const Vector3d difference = map_.lamps[a].position - map_.lamps[b].position;
   // Two lamps cannot be nearer than their sizes.
   if (difference.norm() < std::max(map_.lamps[a].size, map_.lamps[b].size)) return true;
-  // Where a recording returns, its drift separates the two positions of a lamp. Drift beyond a
+  // When a recording returns, its drift separates the two positions of a lamp. Drift beyond a
   // quarter of the spacing of lamps may also lead to the next lamp, and decides nothing.
   if (!(difference.norm() < 0.25 * spacing) || !precision_ || point_of_lamp_[a] < 0 ||
       point_of_lamp_[b] < 0)

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
 #include <optional>
 #include <set>
 
@@ -31,7 +32,7 @@ struct Triple {
   double area = 0;
 };
 
-std::vector<Triple> largest_triples(const std::vector<LampShapeView>& views) {
+std::vector<Triple> triples_by_area(const std::vector<LampShapeView>& views) {
   std::vector<Triple> all;
   const int count = static_cast<int>(views.size());
   std::vector<Vector3d> at;
@@ -50,8 +51,13 @@ std::vector<Triple> largest_triples(const std::vector<LampShapeView>& views) {
 class Matcher {
  public:
   Matcher(const PictureViews& picture, const LampMap& map,
-          const std::vector<PictureViews>& pictures, const Camera& camera)
+          const std::vector<PictureViews>& pictures, const Camera& camera,
+          const MatchCandidates& candidates)
       : picture_(picture), map_(map), pictures_(pictures), camera_(camera) {
+    std::vector<int> all(map.lamps.size());
+    std::iota(all.begin(), all.end(), 0);
+    for (std::size_t v = 0; v < picture.views.size(); ++v)
+      lamps_of_view_.push_back(candidates.empty() ? all : candidates[v]);
     std::vector<double> ranges;
     for (const LampShapeView& view : picture.views) ranges.push_back(view.range);
     const double field_x = camera.width() / camera.fx_px();
@@ -63,7 +69,7 @@ class Matcher {
   }
 
   std::vector<MapMatch> run() {
-    for (const Triple& triple : largest_triples(picture_.views)) search(triple);
+    for (const Triple& triple : triples_by_area(picture_.views)) search(triple);
     std::stable_sort(found_.begin(), found_.end(), [](const MapMatch& a, const MapMatch& b) {
       return a.log10_false_alarms < b.log10_false_alarms;
     });
@@ -98,14 +104,13 @@ class Matcher {
   }
 
   void search(const Triple& triple) {
-    const int count = static_cast<int>(map_.lamps.size());
     const auto [i, j, k] = triple.of;
-    for (int p = 0; p < count; ++p)
-      for (int q = 0; q < count; ++q) {
+    for (const int p : lamps_of_view_[i])
+      for (const int q : lamps_of_view_[j]) {
         if (q == p) continue;
         const auto first = side_tolerance(i, j, p, q);
         if (!first) continue;
-        for (int r = 0; r < count; ++r) {
+        for (const int r : lamps_of_view_[k]) {
           if (r == p || r == q) continue;
           const auto second = side_tolerance(i, k, p, r);
           if (!second) continue;
@@ -202,7 +207,7 @@ class Matcher {
     };
     std::vector<Pair> pairs;
     for (int v = 0; v < static_cast<int>(picture_.views.size()); ++v)
-      for (int p = 0; p < static_cast<int>(map_.lamps.size()); ++p) {
+      for (const int p : lamps_of_view_[v]) {
         if (picture_.views[v].shape != map_.lamps[p].shape) continue;
         const Vector3d mapped = match.cam_from_map * map_.lamps[p].position;
         constexpr double max_angle_cosine = 0.9;  // 26 degrees; larger errors have no gate
@@ -307,6 +312,7 @@ class Matcher {
   const LampMap& map_;
   const std::vector<PictureViews>& pictures_;
   const Camera& camera_;
+  std::vector<std::vector<int>> lamps_of_view_;
   double field_sr_ = 1, field_ = 1;
   std::set<std::pair<int, std::vector<int>>> tried_;
   std::set<std::vector<int>> final_;
@@ -327,10 +333,10 @@ Matrix3d view_covariance(const LampShapeView& view, double size, double size_sig
 }
 
 std::vector<MapMatch> match_picture(const PictureViews& picture, const LampMap& map,
-                                    const std::vector<PictureViews>& pictures,
-                                    const Camera& camera) {
+                                    const std::vector<PictureViews>& pictures, const Camera& camera,
+                                    const MatchCandidates& candidates) {
   if (picture.views.size() < 3 || map.lamps.size() < 3) return {};
-  return Matcher(picture, map, pictures, camera).run();
+  return Matcher(picture, map, pictures, camera, candidates).run();
 }
 
 MatchVerdict judge_matches(const std::vector<MapMatch>& matches, double max_log10_false_alarms) {

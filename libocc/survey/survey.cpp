@@ -81,7 +81,7 @@ class SurveyRun {
       adjusted = growing_.adjust_all();
       if (!adjusted.ok()) break;
       const int changes = growing_.reassign();
-      if (growing_.join_pictures() + changes == 0 && round > 0) break;
+      if (growing_.join_pictures() + changes == 0) break;
     }
     if (adjusted.ok()) adjusted = final_adjustment();
     return result_of(adjusted);

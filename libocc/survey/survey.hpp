@@ -67,7 +67,7 @@ struct LIBOCC_API SurveyOptions {
   std::optional<double> radius_m;       ///< radius of all discs; determines the scale
   double radius_sigma = 0.01;           ///< its relative standard deviation
   std::optional<double> tag_size_m;     ///< side of the tags' black square; determines the scale
-  int threads = 2;                      ///< of the adjustment; any number gives the same bits
+  int threads = 2;                      ///< at least 1; any number gives the same bits
 
   void validate() const;  ///< throws std::invalid_argument naming the field and its value
 };

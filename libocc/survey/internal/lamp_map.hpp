@@ -55,7 +55,7 @@ struct PlacedPicture {
 /// A hypothesis of match_picture().
 struct MapMatch {
   Rigid3 cam_from_map;                   ///< refined motion
-  Matrix6 covariance = Matrix6::Zero();  ///< of its left perturbation
+  Matrix6 covariance = Matrix6::Zero();  ///< covariance of its left perturbation
   std::vector<int> lamp_of_view;         ///< one per view; -1: none
   int matches = 0;                       ///< number of views with a lamp
   int contradictions = 0;                ///< lamps and blobs that are absent where they should be
@@ -74,10 +74,13 @@ Eigen::Vector3d view_position(const LampShapeView& view, double size);
 /// Covariance of view_position(); size_sigma is relative.
 Eigen::Matrix3d view_covariance(const LampShapeView& view, double size, double size_sigma);
 
+/// Lamps of the map that each view may show; empty: all lamps.
+using MatchCandidates = std::vector<std::vector<int>>;
+
 /// Hypotheses with at least three matches and different assignments, most significant first.
 std::vector<MapMatch> match_picture(const PictureViews& picture, const LampMap& map,
-                                    const std::vector<PictureViews>& pictures,
-                                    const Camera& camera);
+                                    const std::vector<PictureViews>& pictures, const Camera& camera,
+                                    const MatchCandidates& candidates = {});
 
 /// Hypotheses of one picture, reduced to an answer.
 struct MatchVerdict {

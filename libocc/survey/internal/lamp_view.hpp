@@ -30,13 +30,13 @@ namespace occ::internal::survey {
 struct LampShapeView {
   int blob = 0;                                        ///< index in the picture
   LampShape shape = LampShape::disc;                   ///< disc or rectangle
-  Eigen::Vector3d bearing = Eigen::Vector3d::UnitZ();  ///< of the centre; camera frame
+  Eigen::Vector3d bearing = Eigen::Vector3d::UnitZ();  ///< direction of the centre; camera frame
   double range = 0;                                    ///< distance of the centre over the size
   double range_sigma = 0;                              ///< relative standard deviation of range
   double angle_sigma_rad = 0;                          ///< standard deviation of the bearing
   std::vector<Eigen::Vector3d> normals;                ///< camera frame; two for a disc
   Eigen::Vector3d x_axis = Eigen::Vector3d::UnitX();   ///< first side of a rectangle
-  Eigen::Vector2d sides = Eigen::Vector2d::Zero();     ///< of a rectangle, over the size
+  Eigen::Vector2d sides = Eigen::Vector2d::Zero();     ///< sides of a rectangle over the size
 };
 
 /// Nothing for a blob without a measured rim, that the image border cuts, that shows several lamps,
