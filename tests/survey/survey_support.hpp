@@ -47,6 +47,18 @@ struct MadePicture {
   std::vector<int> lamps;  // of the scene, for each blob
 };
 
+/// Corners of a rectangle in the image, in the order of Blob::corners_px.
+inline std::vector<Eigen::Vector2d> corners_of(const Lamp& lamp, const Rigid3& pose,
+                                               const Camera& camera) {
+  const Vector3d a = 0.5 * lamp.size_m.x() * lamp.x_axis;
+  const Vector3d b = 0.5 * lamp.size_m.y() * lamp.normal.cross(lamp.x_axis);
+  std::vector<Eigen::Vector2d> corners;
+  for (const Vector3d& corner :
+       {Vector3d(a + b), Vector3d(a - b), Vector3d(-a - b), Vector3d(b - a)})
+    corners.push_back(camera.project(pose * (lamp.centre_m + corner)).value());
+  return corners;
+}
+
 /// Blobs of the lamps that are whole in the image, with the ellipse of their rims.
 inline MadePicture make_picture(const Scene& scene, const Rigid3& pose, const std::string& name,
                                 double noise_px, Random& random) {
@@ -75,6 +87,8 @@ inline MadePicture make_picture(const Scene& scene, const Rigid3& pose, const st
       high = high.cwiseMax(px);
     }
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> eigen(moments);
+    if (scene.lamps[i].shape == LampShape::rectangle)
+      blob.corners_px = corners_of(scene.lamps[i], pose, scene.camera);
     blob.ellipse.centre_px = blob.centroid_px;
     blob.ellipse.semi_minor_px = std::sqrt(eigen.eigenvalues()[0]);
     blob.ellipse.semi_major_px = std::sqrt(eigen.eigenvalues()[1]);
@@ -155,6 +169,26 @@ inline SurveyOptions with_distance(const Scene& scene, const std::vector<MadePic
   const double length = (scene.lamps[truth[0]].centre_m - scene.lamps[truth[last]].centre_m).norm();
   options.distances = {{0, last, length, 1e-4}};
   return options;
+}
+
+/// Pictures of a camera that moves slowly below the lamps and turns, as frames of a video.
+inline std::vector<MadePicture> video(const Scene& scene, int count, std::uint64_t seed,
+                                      std::vector<Rigid3>& poses, double noise_px = 0.03) {
+  Random random(seed);
+  std::vector<MadePicture> made;
+  Vector3d middle = Vector3d::Zero();
+  for (const Lamp& lamp : scene.lamps)
+    middle += lamp.centre_m / static_cast<double>(scene.lamps.size());
+  for (int i = 0; i < count; ++i) {
+    const double turn = 2 * pi * i / count;
+    const Vector3d at(middle.x() + 0.5 * std::cos(turn), middle.y() + 0.4 * std::sin(2 * turn),
+                      0.3 + 0.2 * std::sin(turn));
+    const Vector3d target(middle.x() + 0.1 * std::cos(3 * turn), middle.y(), middle.z());
+    poses.push_back(look_at(at, target, {std::cos(turn), std::sin(turn), 0}));
+    made.push_back(
+        make_picture(scene, poses.back(), "frame " + std::to_string(i), noise_px, random));
+  }
+  return made;
 }
 
 }  // namespace occ::test

@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "libocc/core/math.hpp"
@@ -65,6 +66,72 @@ TEST(Survey, HoldsBackPicturesOfFourLampsInARectangle) {
   const auto made = walk(scene, 10, 3);
   const auto found = survey(pictures_of(made), scene.camera);
   EXPECT_EQ(found.status, Status::ambiguous) << found.message;
+}
+
+/// The corners of a printed tag in each picture.
+void add_tag(std::vector<MadePicture>& made, const Scene& scene, const std::vector<Rigid3>& poses,
+             const Vector3d& at, double size_m) {
+  Random random(4);
+  for (std::size_t i = 0; i < made.size(); ++i) {
+    AprilTag tag;
+    tag.id = 7;
+    const double x[] = {-0.5, 0.5, 0.5, -0.5}, y[] = {0.5, 0.5, -0.5, -0.5};
+    for (std::size_t k = 0; k < 4; ++k) {  // seen from below: x to the right, y down
+      const Vector3d corner = at + size_m * Vector3d(x[k], y[k], 0);
+      tag.corners_px[k] = scene.camera.project(poses[i] * corner).value() + noise_2d(random, 0.05);
+      tag.covariance_px2[k] = square(0.05) * Eigen::Matrix2d::Identity();
+    }
+    made[i].picture.tags.push_back(tag);
+  }
+}
+
+TEST(Survey, MapsFourLampsInARectangleFromAVideoWithATag) {
+  const Scene scene = room_of({{1, 1, 2.7}, {3, 1, 2.7}, {1, 2.5, 2.7}, {3, 2.5, 2.7}});
+  std::vector<Rigid3> poses;
+  auto made = video(scene, 60, 8, poses);
+  add_tag(made, scene, poses, {2, 1.9, 2.7}, 0.16);
+  SurveyOptions options;
+  options.ordered = true;
+  options.tag_size_m = 0.16;
+  const auto found = survey(pictures_of(made), scene.camera, options);
+  ASSERT_TRUE(found.ok()) << found.message;
+  EXPECT_EQ(found->scale, SurveyScale::tags);
+  const std::vector<int> truth = truth_of(*found, made);
+  EXPECT_EQ(truth.size(), 4u);
+  EXPECT_LT(worst_distance_m(*found, scene, truth), 3e-3);
+}
+
+TEST(Survey, NamesFramesAfterAJumpOfTheCamera) {
+  const Scene scene = room_of({{1, 1, 2.7}, {3, 1, 2.7}, {1, 2.5, 2.7}, {3, 2.5, 2.7}});
+  std::vector<Rigid3> poses;
+  auto made = video(scene, 60, 8, poses);
+  made.erase(made.begin() + 20, made.begin() + 35);  // a quarter of a turn is missing
+  for (std::size_t i = 20; i < made.size(); ++i) made[i].picture.name += " later";
+  SurveyOptions options;
+  options.ordered = true;
+  const auto found = survey(pictures_of(made), scene.camera, options);
+  ASSERT_TRUE(found.ok()) << found.message;
+  const std::vector<int> truth = truth_of(*found, made);
+  EXPECT_EQ(std::count(truth.begin(), truth.end(), -2), 0);
+  EXPECT_FALSE(found->omissions.empty());
+}
+
+TEST(Survey, MapsPanelsWithTheirSides) {
+  Scene scene = uneven_room();
+  for (Lamp& lamp : scene.lamps) {
+    lamp.shape = LampShape::rectangle;
+    lamp.size_m = {0.3, 0.2};
+    lamp.validate();
+  }
+  const auto made = walk(scene, 12, 5);
+  const auto found = survey(pictures_of(made), scene.camera, with_distance(scene, made));
+  ASSERT_TRUE(found.ok()) << found.message;
+  EXPECT_LT(worst_distance_m(*found, scene, truth_of(*found, made)), 2e-3);
+  for (const SurveyedLamp& lamp : found->lamps) {
+    ASSERT_EQ(lamp.lamp.shape, LampShape::rectangle);
+    EXPECT_NEAR(lamp.lamp.size_m.maxCoeff(), 0.3, 1e-3);
+    EXPECT_NEAR(lamp.lamp.size_m.minCoeff(), 0.2, 1e-3);
+  }
 }
 
 TEST(Survey, NamesPicturesOfAnotherRoom) {
@@ -150,20 +217,52 @@ TEST(Survey, PredictsItsErrors) {
   EXPECT_NEAR(sum / count, 1, 0.25);  // distances of one survey are correlated
 }
 
-TEST(Survey, MapsARoomRenderedByAnotherProgram) {
-  const auto files = rendered_rooms("irregular6");
-  if (files.empty()) GTEST_SKIP() << "no rendered rooms";
-  std::vector<SurveyPicture> pictures;
-  RenderedRoom room;
-  for (const auto& file : files) {
-    room = read_rendered_room(file);
+/// Rendered pictures with the lamp of the scene that each blob shows; -1: none.
+std::vector<MadePicture> rendered_pictures(const std::string& prefix, Scene& scene) {
+  std::vector<MadePicture> made;
+  for (const auto& file : rendered_rooms(prefix)) {
+    const RenderedRoom room = read_rendered_room(file);
+    scene = room.scene;
     DetectOptions options;
-    options.sensor = room.scene.sensor;
-    pictures.push_back({room.name, detect(room.image.view(), options)});
+    options.sensor = scene.sensor;
+    MadePicture one;
+    one.picture = {room.name, detect(room.image.view(), options)};
+    for (const Blob& blob : one.picture.blobs) {
+      one.lamps.push_back(-1);
+      for (std::size_t i = 0; i < scene.lamps.size(); ++i) {
+        const auto px = project_lamp_centre(scene.lamps[i], room.cam_from_world, scene.camera);
+        if (px && (*px - blob.centroid_px).norm() < 3) one.lamps.back() = static_cast<int>(i);
+      }
+    }
+    made.push_back(one);
   }
-  const auto found = survey(pictures, room.scene.camera);
+  return made;
+}
+
+TEST(Survey, MapsARoomRenderedByAnotherProgram) {
+  Scene scene;
+  const auto made = rendered_pictures("irregular6", scene);
+  if (made.empty()) GTEST_SKIP() << "no rendered rooms";
+  const auto found = survey(pictures_of(made), scene.camera, with_distance(scene, made));
   ASSERT_TRUE(found.ok()) << found.message;
-  EXPECT_EQ(found->lamps.size(), 6u);
+  const std::vector<int> truth = truth_of(*found, made);
+  ASSERT_EQ(truth.size(), 6u);
+  const auto known = precision(found->adjustment.network);
+  ASSERT_TRUE(known.ok());
+  const double factor = std::max(1.0, found->adjustment.sigma0);
+  for (int i = 0; i < 6; ++i) {
+    ASSERT_GE(truth[i], 0);
+    EXPECT_NEAR(found->lamps[i].lamp.radius_m, 0.085, 5e-4);
+    for (int j = 0; j < i; ++j) {
+      const double error_m =
+          (found->lamps[i].lamp.centre_m - found->lamps[j].lamp.centre_m).norm() -
+          (scene.lamps[truth[i]].centre_m - scene.lamps[truth[j]].centre_m).norm();
+      const double sigma_m =
+          factor * known->distance_sigma_m(Target::of_point(i), Target::of_point(j));
+      EXPECT_LT(std::abs(error_m), 1e-3) << i << " " << j;
+      EXPECT_LT(std::abs(error_m), 3.5 * sigma_m + 1e-5) << i << " " << j << " sigma " << sigma_m;
+    }
+  }
 }
 
 }  // namespace
