@@ -17,8 +17,13 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 GrowingMap::GrowingMap(const std::vector<SurveyPicture>& pictures, const Camera& camera,
-                       const SurveyOptions& options)
-    : input_(pictures), camera_(camera), options_(options), reasons_(pictures.size()) {
+                       const SurveyOptions& options, const SurveyCallback& progress)
+    : input_(pictures),
+      camera_(camera),
+      options_(options),
+      progress_(progress),
+      model_sigma_px_(options.model_sigma_px),
+      reasons_(pictures.size()) {
   for (const SurveyPicture& picture : pictures) {
     PictureViews views;
     views.blobs = &picture.blobs;
@@ -133,7 +138,12 @@ std::vector<MapMatch> GrowingMap::match_near(int picture, int neighbour) const {
   return without_fast_motions(picture, std::move(matches));
 }
 
+void GrowingMap::report(const SurveyProgress& state) const {
+  if (progress_ && !progress_(state)) throw SurveyStopped();
+}
+
 bool GrowingMap::join(int picture) {
+  report({"joining pictures", placed(), static_cast<int>(pictures_.size())});
   constexpr int min_views = 4;  // three lamps have a pose but no redundancy
   if (views(picture) < min_views) {
     reasons_[picture] = "it shows " + std::to_string(views(picture)) +

@@ -71,8 +71,7 @@ Network GrowingMap::network_of(const KnownLengths& lengths) {
       observation.target = Target::of_point(point_of_lamp_[lamp]);
       observation.pixel = blob.centroid_px + centre_correction(lamp, placed.cam_from_map);
       observation.sigma_px =
-          (blob.covariance_px2.diagonal().array().max(0.0) + square(options_.model_sigma_px))
-              .sqrt();
+          (blob.covariance_px2.diagonal().array().max(0.0) + square(model_sigma_px_)).sqrt();
       network.observations.push_back(observation);
     }
   }
@@ -165,18 +164,36 @@ void GrowingMap::update_from(const Adjustment& adjustment) {
     }
 }
 
+void GrowingMap::estimate_model_sigma(const Adjustment& adjustment) {
+  constexpr int min_redundancy = 20;  // sigma0 is then known to 16 %
+  constexpr double min_sigma_px = 0.002;
+  if (adjustment.redundancy < min_redundancy) return;
+  std::vector<double> noise;
+  for (const PlacedPicture& placed : map_.placed)
+    for (std::size_t b = 0; b < placed.lamp_of.size(); ++b)
+      if (placed.lamp_of[b] >= 0)
+        noise.push_back(0.5 * input_[placed.picture].blobs[b].covariance_px2.trace());
+  const double variance = median(std::move(noise));
+  const double observed = square(adjustment.sigma0) * (variance + square(model_sigma_px_));
+  model_sigma_px_ = std::sqrt(std::max(square(min_sigma_px), observed - variance));
+}
+
 Result<Adjustment> GrowingMap::adjust_all(const KnownLengths& lengths) {
   AdjustOptions options;
   options.threads = options_.threads;
+  const auto callback = [&](const AdjustProgress& state) {
+    report({"adjusting", state.iteration, 0});
+    return true;
+  };
   if (joined_lamps_) {
     // The drift between both positions of a joined lamp is no gross error: it is distributed first.
     joined_lamps_ = false;
     AdjustOptions plain = options;
     plain.robust = plain.snooping = false;
-    const Result<Adjustment> spread = adjust(network_of(lengths), plain);
+    const Result<Adjustment> spread = adjust(network_of(lengths), plain, callback);
     if (spread.ok()) update_from(*spread);
   }
-  Result<Adjustment> adjusted = adjust(network_of(lengths), options);
+  Result<Adjustment> adjusted = adjust(network_of(lengths), options, callback);
   if (adjusted.ok()) update_from(*adjusted);
   return adjusted;
 }

@@ -68,11 +68,11 @@ std::string percent(double relative) {
 class SurveyRun {
  public:
   SurveyRun(const std::vector<SurveyPicture>& pictures, const Camera& camera,
-            const SurveyOptions& options)
+            const SurveyOptions& options, const SurveyCallback& progress)
       : pictures_(pictures),
         camera_(camera),
         options_(options),
-        growing_(pictures, camera, options) {}
+        growing_(pictures, camera, options, progress) {}
 
   Result<Survey> run() {
     if (!choose_start()) return unmatched();
@@ -143,7 +143,10 @@ class SurveyRun {
     Similarity shift;
     shift.translation = -origin_of(growing_, order_);
     growing_.transform(shift);
-    growing_.adjust_all(known_lengths());  // corrections of the centres with the final shapes
+    // Corrections of the centres with the shapes of the first adjustments, then with the final
+    // ones.
+    const Result<Adjustment> first = growing_.adjust_all(known_lengths());
+    if (first.ok()) growing_.estimate_model_sigma(*first);
     Result<Adjustment> adjusted = growing_.adjust_all(known_lengths());
     if (scale_source_ == SurveyScale::free) {  // the adjustment has changed it slightly
       Similarity similarity;
@@ -403,11 +406,18 @@ void SurveyOptions::validate() const {
 }
 
 Result<Survey> survey(const std::vector<SurveyPicture>& pictures, const Camera& camera,
-                      const SurveyOptions& options) {
+                      const SurveyOptions& options, const SurveyCallback& progress) {
   options.validate();
   require(camera.is_central(), "camera", name_of(camera.kind()),
           "one with a single projection centre");
-  return SurveyRun(pictures, camera, options).run();
+  try {
+    return SurveyRun(pictures, camera, options, progress).run();
+  } catch (const internal::survey::SurveyStopped&) {
+    Result<Survey> stopped;
+    stopped.status = Status::not_converged;
+    stopped.message = "the survey was stopped";
+    return stopped;
+  }
 }
 
 }  // namespace occ

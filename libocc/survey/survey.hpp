@@ -21,6 +21,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -61,7 +62,9 @@ struct LIBOCC_API SurveyOptions {
   /// differ by a percent; the default allows for errors of the rims.
   double size_spread = 0.02;
   /// Standard deviation, per axis, of the error of a lamp's image that its noise does not contain,
-  /// such as of the lens or of uneven light. It was 0.02 px in rendered and real pictures.
+  /// such as of the lens or of uneven light: start value, and final value if the redundancy is
+  /// below 20. It is otherwise estimated from the residuals. It was up to 0.02 px in rendered and
+  /// real pictures.
   double model_sigma_px = 0.02;
   std::vector<LampDistance> distances;  ///< they determine the scale
   std::optional<double> radius_m;       ///< radius of all discs; determines the scale
@@ -112,11 +115,23 @@ struct Survey {
   std::vector<std::string> warnings;      ///< contradictions that the user should check
 };
 
+/// State of a survey.
+struct SurveyProgress {
+  const char* stage = "";  ///< "joining pictures" or "adjusting"
+  int done = 0;            ///< pictures in the map, or iterations of the adjustment
+  int total = 0;           ///< number of pictures; 0: unknown
+};
+
+/// Return false to stop: the result is then `not_converged`, without a map.
+using SurveyCallback = std::function<bool(const SurveyProgress&)>;
+
 /// Surveys lamps. Status: ok; too_few_lamps: fewer than two pictures show four lamps with measured
 /// rims; ambiguous: the lamps' arrangement is symmetric, so that no two pictures have a unique
-/// match; no_pose: no two pictures match; otherwise that of adjust(). Throws std::invalid_argument
+/// match; no_pose: no two pictures match; not_converged: `progress` stopped it; otherwise that of
+/// adjust(). Throws std::invalid_argument
 /// for options out of range, and for a distance whose lamps are not in the map.
 LIBOCC_API Result<Survey> survey(const std::vector<SurveyPicture>& pictures, const Camera& camera,
-                                 const SurveyOptions& options = {});
+                                 const SurveyOptions& options = {},
+                                 const SurveyCallback& progress = {});
 
 }  // namespace occ

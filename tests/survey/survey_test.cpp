@@ -181,6 +181,15 @@ TEST(Survey, RefusesDistancesOfUnknownLamps) {
   EXPECT_THROW(survey(pictures_of(made), scene.camera, options), std::invalid_argument);
 }
 
+TEST(Survey, StopsWhenTheCallbackDemandsIt) {
+  const Scene scene = uneven_room();
+  int calls = 0;
+  const auto found = survey(pictures_of(walk(scene, 12, 5)), scene.camera, {},
+                            [&](const SurveyProgress&) { return ++calls < 10; });
+  EXPECT_EQ(found.status, Status::not_converged);
+  EXPECT_EQ(calls, 10);
+}
+
 TEST(Survey, StatesTooFewPictures) {
   const Scene scene = uneven_room();
   const auto found = survey(pictures_of(walk(scene, 1, 5)), scene.camera);

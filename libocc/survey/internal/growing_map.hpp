@@ -16,11 +16,14 @@
 
 namespace occ::internal::survey {
 
+/// Thrown when the callback stops a survey; survey() catches it.
+struct SurveyStopped {};
+
 /// Map of the pictures that match each other.
 class GrowingMap {
  public:
   GrowingMap(const std::vector<SurveyPicture>& pictures, const Camera& camera,
-             const SurveyOptions& options);
+             const SurveyOptions& options, const SurveyCallback& progress);
 
   /// Starts a new map with the lamps of one picture.
   void start(int picture);
@@ -29,6 +32,9 @@ class GrowingMap {
   /// Adjusts the placed pictures and the lamps that two of them show; then updates poses,
   /// positions, shapes and covariances of the map. Known lengths are observations if given.
   Result<Adjustment> adjust_all(const KnownLengths& lengths = {});
+  /// Estimates the errors beyond the noise from the residuals of an adjustment (variance
+  /// component), for the next one; without enough redundancy they are kept.
+  void estimate_model_sigma(const Adjustment& adjustment);
   /// Gives unassigned blobs of placed pictures the adjusted lamp at their place, and joins lamps
   /// that are one. Returns the number of changes.
   int reassign();
@@ -51,6 +57,7 @@ class GrowingMap {
 
  private:
   std::vector<MapMatch> without_fast_motions(int picture, std::vector<MapMatch> matches) const;
+  void report(const SurveyProgress& state) const;  // throws SurveyStopped
   int placed_neighbour(int picture) const;
   std::vector<MapMatch> match_near(int picture, int neighbour) const;
   bool join(int picture);
@@ -72,6 +79,8 @@ class GrowingMap {
   const std::vector<SurveyPicture>& input_;
   const Camera& camera_;
   const SurveyOptions& options_;
+  const SurveyCallback& progress_;
+  double model_sigma_px_;
   std::vector<PictureViews> pictures_;
   LampMap map_;
   std::vector<int> place_of_;  // index into map_.placed of each picture; -1: not placed

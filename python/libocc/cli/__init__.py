@@ -40,6 +40,7 @@ COMMANDS = (
     "response",
     "light",
     "calibrate",
+    "survey",
     "measure",
     "row-time",
     "guide",
