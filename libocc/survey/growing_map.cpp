@@ -144,17 +144,21 @@ void GrowingMap::report(const SurveyProgress& state) const {
 
 bool GrowingMap::join(int picture) {
   report({"joining pictures", placed(), static_cast<int>(pictures_.size())});
-  constexpr int min_views = 4;  // three lamps have a pose but no redundancy
+  const int neighbour = options_.ordered ? placed_neighbour(picture) : -1;
+  // Three lamps have a pose but no redundancy, and need the motion from a neighbour as evidence.
+  const int min_views = neighbour >= 0 ? 3 : 4;
   if (views(picture) < min_views) {
     reasons_[picture] = "it shows " + std::to_string(views(picture)) +
-                        " whole lamps with a measured rim; the minimum is 4";
+                        " whole lamps with a measured rim; the minimum is " +
+                        std::to_string(min_views);
     return false;
   }
-  const int neighbour = options_.ordered ? placed_neighbour(picture) : -1;
+  // That neighbours show the same lamps is expected; of other pictures it is not (odds of 30).
+  const double max_log10 = options_.max_log10_false_alarms + (neighbour >= 0 ? 1.5 : 0);
   const std::vector<MapMatch> matches =
       neighbour >= 0 ? match_near(picture, neighbour)
                      : match_picture(pictures_[picture], map_, pictures_, camera_);
-  const MatchVerdict verdict = judge_matches(matches, options_.max_log10_false_alarms);
+  const MatchVerdict verdict = judge_matches(matches, max_log10, min_views);
   ambiguous_[picture] = verdict.kind == MatchVerdict::Kind::ambiguous;
   if (verdict.kind == MatchVerdict::Kind::matched) {
     place(picture, matches[0]);

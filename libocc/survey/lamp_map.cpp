@@ -66,6 +66,15 @@ class Matcher {
     std::vector<double> sizes;
     for (const MapLamp& lamp : map.lamps) sizes.push_back(lamp.size);
     field_ = std::sqrt(field_sr_) * median(ranges) * median(sizes);
+    double triples = 0;  // hypotheses: three views, each with another lamp
+    const std::size_t count = lamps_of_view_.size();
+    for (std::size_t i = 0; i < count; ++i)
+      for (std::size_t j = 0; j < i; ++j)
+        for (std::size_t k = 0; k < j; ++k)
+          triples += static_cast<double>(lamps_of_view_[i].size()) *
+                     std::max(1.0, static_cast<double>(lamps_of_view_[j].size()) - 1) *
+                     std::max(1.0, static_cast<double>(lamps_of_view_[k].size()) - 2);
+    log10_triples_ = std::log10(std::max(1.0, triples));
   }
 
   std::vector<MapMatch> run() {
@@ -232,9 +241,7 @@ class Matcher {
 
   void score(MapMatch& match, double log10_sides) const {
     const double n = static_cast<double>(picture_.views.size());
-    const double m = static_cast<double>(map_.lamps.size());
-    double log10_nfa = std::log10(n * (n - 1) * (n - 2)) + std::log10(m * (m - 1) * (m - 2)) -
-                       std::log10(6.0) + log10_sides;
+    double log10_nfa = log10_triples_ + log10_sides;
     std::vector<double> terms;
     for (std::size_t v = 0; v < match.lamp_of_view.size(); ++v) {
       if (match.lamp_of_view[v] < 0) continue;
@@ -313,7 +320,7 @@ class Matcher {
   const std::vector<PictureViews>& pictures_;
   const Camera& camera_;
   std::vector<std::vector<int>> lamps_of_view_;
-  double field_sr_ = 1, field_ = 1;
+  double field_sr_ = 1, field_ = 1, log10_triples_ = 0;
   std::set<std::pair<int, std::vector<int>>> tried_;
   std::set<std::vector<int>> final_;
   std::vector<MapMatch> found_;
@@ -339,10 +346,11 @@ std::vector<MapMatch> match_picture(const PictureViews& picture, const LampMap& 
   return Matcher(picture, map, pictures, camera, candidates).run();
 }
 
-MatchVerdict judge_matches(const std::vector<MapMatch>& matches, double max_log10_false_alarms) {
+MatchVerdict judge_matches(const std::vector<MapMatch>& matches, double max_log10_false_alarms,
+                           int min_matches) {
   MatchVerdict verdict;
   if (matches.empty() || matches[0].log10_false_alarms > max_log10_false_alarms ||
-      matches[0].matches < 4)
+      matches[0].matches < min_matches)
     return verdict;
   verdict.kind = MatchVerdict::Kind::matched;
   verdict.ways = 1;

@@ -12,6 +12,7 @@
 #include "libocc/core/statistics.hpp"
 #include "libocc/geometry/so3.hpp"
 #include "libocc/survey/internal/growing_map.hpp"
+#include "libocc/survey/internal/row_times.hpp"
 
 namespace occ {
 namespace {
@@ -261,6 +262,10 @@ Result<Survey> SurveyRun::result_of(const Result<Adjustment>& adjusted) {
   Result<Survey> result;
   result.status = adjusted.status;
   result.message = adjusted.message;
+  if (!adjusted.ok())
+    result.message = std::to_string(growing_.placed()) + " of " + std::to_string(pictures_.size()) +
+                     " pictures match, and do not determine a map: " + adjusted.message +
+                     "; take more pictures that overlap";
   Survey& survey = result.value;
   survey.adjustment = adjusted.value;
   survey.scale = scale_source_;
@@ -382,6 +387,7 @@ void SurveyOptions::validate() const {
   require_positive(max_motion_rad, "max_motion_rad");
   require(std::isfinite(max_log10_false_alarms), "max_log10_false_alarms", max_log10_false_alarms,
           "finite");
+  require_not_negative(row_time_s, "row_time_s");
   require_positive(size_spread, "size_spread");
   require_positive(model_sigma_px, "model_sigma_px");
   require_positive(radius_sigma, "radius_sigma");
@@ -411,7 +417,14 @@ Result<Survey> survey(const std::vector<SurveyPicture>& pictures, const Camera& 
   require(camera.is_central(), "camera", name_of(camera.kind()),
           "one with a single projection centre");
   try {
-    return SurveyRun(pictures, camera, options, progress).run();
+    if (!options.ordered || options.row_time_s == 0)
+      return SurveyRun(pictures, camera, options, progress).run();
+    std::vector<std::string> notes;
+    const std::vector<SurveyPicture> still = internal::survey::without_rolling_shutter(
+        pictures, options.row_time_s, camera.width(), camera.height(), notes);
+    Result<Survey> result = SurveyRun(still, camera, options, progress).run();
+    result.value.warnings.insert(result.value.warnings.end(), notes.begin(), notes.end());
+    return result;
   } catch (const internal::survey::SurveyStopped&) {
     Result<Survey> stopped;
     stopped.status = Status::not_converged;

@@ -38,9 +38,10 @@ namespace occ {
 
 /// Detected blobs of one picture.
 struct SurveyPicture {
-  std::string name;                 ///< label for messages
-  std::vector<Blob> blobs;          ///< result of detect()
-  std::vector<AprilTag> tags = {};  ///< result of detect_april_tags(), for a scale by tags
+  std::string name;                   ///< label for messages
+  std::vector<Blob> blobs;            ///< result of detect()
+  std::vector<AprilTag> tags = {};    ///< result of detect_april_tags(), for a scale by tags
+  std::optional<double> time_s = {};  ///< exposure of the middle row, for row_time_s
 };
 
 /// Measured distance between the centres of two lamps.
@@ -56,6 +57,9 @@ struct LIBOCC_API SurveyOptions {
   /// symmetric matches of regular arrangements.
   bool ordered = false;
   double max_motion_rad = 0.25;  ///< median change of the lamps' directions between neighbours
+  /// Time between the exposures of two rows (rolling shutter) of `ordered` pictures with times. The
+  /// motion between neighbours is assumed to be uniform. 0: all rows at once.
+  double row_time_s = 0;
   /// Base-10 logarithm of the number of accidental matches, as good, that is accepted.
   double max_log10_false_alarms = -4;
   /// Relative standard deviation of the differences between the lamps' sizes. Lamps of one type

@@ -12,6 +12,7 @@ namespace {
 using Surveyed = Result<Survey>;
 using Tags = std::vector<std::vector<AprilTag>>;
 using Pictures = std::vector<std::pair<std::string, std::vector<Blob>>>;
+using Times = std::vector<std::optional<double>>;
 using Distances = std::vector<std::tuple<int, int, double, double>>;
 
 auto survey_fields() {
@@ -20,6 +21,8 @@ auto survey_fields() {
       field("ordered", &O::ordered, "consecutive pictures are neighbours of one motion"),
       field("max_motion_rad", &O::max_motion_rad,
             "ordered: largest median change of the lamps' directions between neighbours"),
+      field("row_time_s", &O::row_time_s,
+            "ordered, with times_s: time between the exposures of two rows"),
       field("max_log10_false_alarms", &O::max_log10_false_alarms,
             "limit of the number of accidental matches as good, base-10 logarithm"),
       field("size_spread", &O::size_spread,
@@ -95,7 +98,8 @@ void define_survey(py::module_& m) {
   const std::string doc =
       "Maps lamps from pictures of one calibrated camera at unknown places.\n\n"
       "pictures: (name, blobs) of each. distances: (lamp id, lamp id, length, sigma) [m]; they\n"
-      "determine the scale. tags: AprilTags of each picture.\n"
+      "determine the scale. tags: AprilTags of each picture. times_s:\n"
+      "exposure of the middle row of each, or None.\n"
       "progress(stage, done, total): called often; False stops it. Returns: Survey; status "
       "too_few_lamps, ambiguous, no_pose, or that of\n"
       "the adjustment. Raises: ValueError for an invalid option or an unknown lamp." +
@@ -103,7 +107,8 @@ void define_survey(py::module_& m) {
   define_function(
       m, "survey", fields,
       [](SurveyOptions options, const Pictures& pictures, const Camera& camera,
-         const Distances& distances, const Tags& tags, const py::object& progress) {
+         const Distances& distances, const Tags& tags, const Times& times_s,
+         const py::object& progress) {
         std::vector<SurveyPicture> all;
         for (const auto& [name, blobs] : pictures) all.push_back({name, blobs});
         require(tags.empty() || tags.size() == all.size(), "tags", tags.size(),
@@ -111,6 +116,9 @@ void define_survey(py::module_& m) {
         for (std::size_t i = 0; i < tags.size(); ++i) all[i].tags = tags[i];
         for (const auto& [from, to, length_m, sigma_m] : distances)
           options.distances.push_back({from, to, length_m, sigma_m});
+        require(times_s.empty() || times_s.size() == all.size(), "times_s", times_s.size(),
+                "one time for each picture");
+        for (std::size_t i = 0; i < times_s.size(); ++i) all[i].time_s = times_s[i];
         const SurveyCallback callback = [&](const SurveyProgress& state) {
           py::gil_scoped_acquire locked;
           if (PyErr_CheckSignals() != 0) throw py::error_already_set();
@@ -123,7 +131,7 @@ void define_survey(py::module_& m) {
       },
       py::arg("pictures"), py::arg("camera"), py::kw_only(),
       py::arg_v("distances", Distances{}, "[]"), py::arg_v("tags", Tags{}, "[]"),
-      py::arg("progress") = py::none(), doc.c_str());
+      py::arg_v("times_s", Times{}, "[]"), py::arg("progress") = py::none(), doc.c_str());
 }
 
 }  // namespace occ::python

@@ -92,6 +92,7 @@ struct MatchVerdict {
 /// Decides about hypotheses in the order of match_picture(). A rival with at least half the matches
 /// of the first and as few contradictions makes it ambiguous: in a regular arrangement, the number
 /// of matches is no evidence, because every shift by one lamp matches many.
-MatchVerdict judge_matches(const std::vector<MapMatch>& matches, double max_log10_false_alarms);
+MatchVerdict judge_matches(const std::vector<MapMatch>& matches, double max_log10_false_alarms,
+                           int min_matches);
 
 }  // namespace occ::internal::survey

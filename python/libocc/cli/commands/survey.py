@@ -1,4 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
+import re
 from pathlib import Path
 from typing import Any
 
@@ -15,11 +16,8 @@ from .calibrate_options import out_option
 def camera_of(name: str) -> tuple[occ.Camera, occ.Sensor | None]:
     """Camera of a camera file; camera and sensor of a scene."""
     with error_context(name):
-        try:
+        if Path(name).is_file() and not re.search(r"^lamps:", Path(name).read_text(), re.MULTILINE):
             return occ.read_camera(name), None
-        except (OSError, ValueError):
-            if Path(name).exists() and "lamps:" not in Path(name).read_text():
-                raise
         scene = samples.load_scene(name)
         return scene.camera, scene.sensor
 
@@ -46,6 +44,10 @@ def lamp_number(name: str) -> int:
               help="Side of the black square of AprilTags in the pictures, for the scale.")
 @click.option("--family", default="tag36h11", show_default=True, help="Family of the tags.")
 @click.option("--ordered", is_flag=True, help="The images are frames of one slow motion, as those of a video.")
+@click.option("--fps", type=click.FloatRange(0, min_open=True),
+              help="Frame rate of a folder of frames or of a video without times.")
+@click.option("--row-time", "row_time_s", type=click.FloatRange(0), metavar="S",
+              help="Time between the exposures of two rows of a video; default: that of the scene's sensor.")
 @click.option("--max-pictures", type=click.IntRange(2), default=60, show_default=True,
               help="Frames of a video that are used.")
 @threshold_option
@@ -55,7 +57,7 @@ def lamp_number(name: str) -> int:
 def command(
     ctx: click.Context, sources: tuple[str, ...], camera_path: str, distance: tuple[tuple[str, str, float, float], ...],
     radius_m: float | None, radius_sigma: float, tag_size_m: float | None, family: str, ordered: bool,
-    max_pictures: int, threshold_dn: Threshold, out: str, as_json: bool,
+    fps: float | None, row_time_s: float | None, max_pictures: int, threshold_dn: Threshold, out: str, as_json: bool,
 ) -> None:
     """\b
     $ libocc simulate irregular_six --position 1.7 2.1 0.5 --out a.png
@@ -86,15 +88,17 @@ def command(
     from ..survey.sources import Detector, read_pictures
 
     detector = Detector(camera, sensor, threshold_dn, family if tag_size_m is not None else None)
-    pictures = read_pictures(sources, detector, ordered, max_pictures)
+    pictures = read_pictures(sources, detector, ordered, max_pictures, fps)
     options: dict[str, Any] = {
         "ordered": pictures.ordered, "radius_m": radius_m, "radius_sigma": radius_sigma, "tag_size_m": tag_size_m,
+        "row_time_s": row_time_s if row_time_s is not None else 0.0 if sensor is None else sensor.row_time_s,
     }
     from ..survey.status import survey_status
 
     with survey_status() as show, error_context("survey"):
         found = occ.surveying.survey(
-            pictures.blobs, camera, distances=distances, tags=pictures.tags, progress=show, **options
+            pictures.blobs, camera, distances=distances, tags=pictures.tags, times_s=pictures.times_s,
+            progress=show, **options,
         )
     from ..result_folder import ResultFolder
     from ..survey.output import text_lines, write_survey

@@ -22,6 +22,7 @@ class Pictures:
 
     blobs: list[tuple[str, list[Blob]]] = field(default_factory=list)
     tags: list[list[AprilTag]] = field(default_factory=list)
+    times_s: list[float | None] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
     ordered: bool = False
 
@@ -35,7 +36,7 @@ class Detector:
     threshold_dn: Threshold
     tag_family: str | None
 
-    def add(self, found: Pictures, name: str, pixels: Any) -> None:
+    def add(self, found: Pictures, name: str, pixels: Any, time_s: float | None = None) -> None:
         """Raises: ValueError when the picture does not have the camera's size."""
         camera, (height, width) = self.camera, pixels.shape[:2]
         if (width, height) != (camera.width, camera.height):
@@ -49,6 +50,7 @@ class Detector:
         if hint:
             found.notes.append(f"{name}: {hint}")
         found.blobs.append((name, list(blobs)))
+        found.times_s.append(time_s)
         if self.tag_family is not None:
             found.tags.append(list(detect_april_tags(pixels, family=self.tag_family, camera=camera)))
 
@@ -57,19 +59,21 @@ def image_files(folder: Path) -> list[str]:
     return [str(file) for file in sorted(folder.iterdir()) if file.suffix.lower() in ENDINGS]
 
 
-def is_recording(names: Sequence[str]) -> bool:
-    """True for one video, bag, or folder written by `libocc sequence`."""
+def is_recording(names: Sequence[str], fps: float | None) -> bool:
+    """True for one video, bag, folder written by `libocc sequence`, or folder of frames with a frame rate."""
     if len(names) != 1:
         return False
     place = Path(names[0])
     if place.is_dir():
-        return (place / "images").is_dir()
+        return fps is not None or (place / "images").is_dir()
     return place.suffix.lower() not in ENDINGS
 
 
-def frames_of(name: str, max_pictures: int, notes: list[str]) -> Iterator[tuple[str, Any]]:
+def frames_of(
+    name: str, max_pictures: int, fps: float | None, notes: list[str]
+) -> Iterator[tuple[str, Any, float | None]]:
     """Every n-th frame of a recording, so that at most max_pictures are used."""
-    source = open_source(name, fps=None if (Path(name) / "truth").is_dir() else 30.0)
+    source = open_source(name, fps)
     step = 1 if source.total is None else -(-source.total // max_pictures)
     last_s = None
     try:
@@ -79,23 +83,27 @@ def frames_of(name: str, max_pictures: int, notes: list[str]) -> Iterator[tuple[
                 continue
             if last_s is not None and frame.time_s is not None and frame.time_s <= last_s:
                 notes.append(
-                    f"frame {frame.index}: its time {frame.time_s:g} s is not after {last_s:g} s; "
-                    "only the order of the frames is used"
+                    f"{frame.name or f'frame {frame.index}'}: its time {frame.time_s:g} s is not after {last_s:g} s; "
+                    "the frame is not used"
                 )
+                continue
             last_s = frame.time_s
             if frame.index % step == 0 and frame.image is not None:
-                yield frame.name or f"frame {frame.index}", frame.image
+                yield frame.name or f"frame {frame.index}", frame.image, frame.time_s
     finally:
         source.close()
 
 
-def read_pictures(names: Sequence[str], detector: Detector, ordered: bool, max_pictures: int) -> Pictures:
+def read_pictures(
+    names: Sequence[str], detector: Detector, ordered: bool, max_pictures: int, fps: float | None
+) -> Pictures:
     """Reads all pictures and detects their blobs. Raises: Failure naming the source or the picture."""
-    found = Pictures(ordered=ordered or is_recording(names))
-    if is_recording(names):
+    recording = is_recording(names, fps)
+    found = Pictures(ordered=ordered or recording)
+    if recording:
         with error_context(names[0]), progress("detecting lamps", max_pictures) as advance:
-            for name, pixels in frames_of(names[0], max_pictures, found.notes):
-                detector.add(found, name, pixels)
+            for name, pixels, time_s in frames_of(names[0], max_pictures, fps, found.notes):
+                detector.add(found, name, pixels, time_s)
                 advance()
         return found
     files: list[str] = []
