@@ -34,6 +34,7 @@ GrowingMap::GrowingMap(const std::vector<SurveyPicture>& pictures, const Camera&
   }
   place_of_.assign(pictures.size(), -1);
   ambiguous_.assign(pictures.size(), false);
+  dropped_.assign(pictures.size(), false);
 }
 
 void GrowingMap::start(int picture) {
@@ -144,6 +145,7 @@ void GrowingMap::report(const SurveyProgress& state) const {
 
 bool GrowingMap::join(int picture) {
   report({"joining pictures", placed(), static_cast<int>(pictures_.size())});
+  if (dropped_[picture]) return false;
   const int neighbour = options_.ordered ? placed_neighbour(picture) : -1;
   // Three lamps have a pose but no redundancy, and need the motion from a neighbour as evidence.
   const int min_views = neighbour >= 0 ? 3 : 4;

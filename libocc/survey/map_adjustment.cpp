@@ -164,6 +164,34 @@ void GrowingMap::update_from(const Adjustment& adjustment) {
     }
 }
 
+int GrowingMap::drop_undetermined(const Adjustment& failed) {
+  const Network& network = failed.network;
+  std::vector<int> used(map_.placed.size(), 0), rays(network.points.size(), 0);
+  for (const ImageObservation& observation : network.observations)
+    if (observation.used && observation.target.point >= 0) ++rays[observation.target.point];
+  for (const ImageObservation& observation : network.observations)
+    if (observation.used && observation.target.point >= 0 && rays[observation.target.point] >= 2)
+      ++used[observation.image];
+  // Without such a picture, those with the fewest lamps are the least determined.
+  const int min_used = std::max(3, 1 + *std::min_element(used.begin(), used.end()));
+  if (map_.placed.size() < 4) return 0;  // the rest would be no map
+  std::vector<PlacedPicture> kept;
+  for (std::size_t i = 0; i < map_.placed.size(); ++i) {
+    const int picture = map_.placed[i].picture;
+    if (used[i] >= min_used) {
+      place_of_[picture] = static_cast<int>(kept.size());
+      kept.push_back(std::move(map_.placed[i]));
+      continue;
+    }
+    place_of_[picture] = -1;
+    dropped_[picture] = true;
+    reasons_[picture] = "its lamps contradict the other pictures";
+  }
+  const int count = static_cast<int>(map_.placed.size() - kept.size());
+  map_.placed = std::move(kept);
+  return count;
+}
+
 void GrowingMap::estimate_model_sigma(const Adjustment& adjustment) {
   constexpr int min_redundancy = 20;  // sigma0 is then known to 16 %
   constexpr double min_sigma_px = 0.002;

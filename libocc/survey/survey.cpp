@@ -79,7 +79,7 @@ class SurveyRun {
     if (!choose_start()) return unmatched();
     Result<Adjustment> adjusted;
     for (int round = 0; round < max_rounds; ++round) {
-      adjusted = growing_.adjust_all();
+      adjusted = adjust_without_lengths();
       if (!adjusted.ok()) break;
       const int changes = growing_.reassign();
       if (growing_.join_pictures() + changes == 0) break;
@@ -137,17 +137,25 @@ class SurveyRun {
     return result;
   }
 
+  /// Adjusts without the pictures whose lamps are all rejected.
+  Result<Adjustment> adjust_without_lengths() {
+    Result<Adjustment> adjusted = growing_.adjust_all();
+    while (!adjusted.ok() && growing_.drop_undetermined(*adjusted) > 0)
+      adjusted = growing_.adjust_all();
+    return adjusted;
+  }
+
   Result<Adjustment> final_adjustment() {
+    // The first adjustment has centres corrected by the shapes so far, the second by its own.
+    const Result<Adjustment> first = adjust_without_lengths();
+    if (!first.ok()) return first;
+    growing_.estimate_model_sigma(*first);
     order_ = growing_.order();
     growing_.transform(world_frame(growing_, order_));
     apply_scale();
     Similarity shift;
     shift.translation = -origin_of(growing_, order_);
     growing_.transform(shift);
-    // Corrections of the centres with the shapes of the first adjustments, then with the final
-    // ones.
-    const Result<Adjustment> first = growing_.adjust_all(known_lengths());
-    if (first.ok()) growing_.estimate_model_sigma(*first);
     Result<Adjustment> adjusted = growing_.adjust_all(known_lengths());
     if (scale_source_ == SurveyScale::free) {  // the adjustment has changed it slightly
       Similarity similarity;

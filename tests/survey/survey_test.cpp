@@ -116,6 +116,57 @@ TEST(Survey, NamesFramesAfterAJumpOfTheCamera) {
   EXPECT_FALSE(found->omissions.empty());
 }
 
+/// Frames of a camera with a rolling shutter that turns and moves below the lamps.
+std::vector<MadePicture> rolling_video(const Scene& scene, double row_time_s, int count) {
+  Random random(6);
+  const double interval_s = 0.2;
+  const auto pose_at = [](double time_s) {
+    const double turn = 0.4 * time_s;
+    const Vector3d at(2 + 0.5 * std::cos(turn), 1.75 + 0.3 * std::sin(turn), 0.3);
+    return look_at(at, {2, 1.75, 2.7}, {std::cos(turn), std::sin(turn), 0});
+  };
+  std::vector<MadePicture> made;
+  for (int i = 0; i < count; ++i) {
+    const double time_s = interval_s * i;
+    made.push_back(
+        make_picture(scene, pose_at(time_s), "frame " + std::to_string(i), 0.03, random));
+    made.back().picture.time_s = time_s;
+    for (std::size_t b = 0; b < made.back().lamps.size(); ++b) {
+      Blob& blob = made.back().picture.blobs[b];
+      const Vector3d& lamp = scene.lamps[made.back().lamps[b]].centre_m;
+      const Eigen::Vector2d still = scene.camera.project(pose_at(time_s) * lamp).value();
+      Eigen::Vector2d moved = still;
+      for (int round = 0; round < 4; ++round)
+        moved =
+            scene.camera.project(pose_at(time_s + row_time_s * (moved.y() - 479.5)) * lamp).value();
+      blob.centroid_px += moved - still;
+      blob.ellipse.centre_px += moved - still;
+      for (RimPoint& point : blob.rim) point.px += moved - still;
+    }
+  }
+  return made;
+}
+
+TEST(Survey, CorrectsTheRollingShutterOfAVideo) {
+  const Scene scene = uneven_room();
+  const auto made = rolling_video(scene, 2.3e-5, 60);
+  SurveyOptions options;
+  options.ordered = true;
+  options.row_time_s = 2.3e-5;
+  const auto found = survey(pictures_of(made), scene.camera, options);
+  ASSERT_TRUE(found.ok()) << found.message;
+  const std::vector<int> truth = truth_of(*found, made);
+  // The scale is free: it is that of the longest distance from lamp 0.
+  Survey scaled = *found;
+  double longest = 0;
+  for (const int lamp : truth)
+    longest =
+        std::max(longest, (scene.lamps[lamp].centre_m - scene.lamps[truth[0]].centre_m).norm());
+  for (SurveyedLamp& lamp : scaled.lamps) lamp.lamp.centre_m *= longest;
+  EXPECT_LT(worst_distance_m(scaled, scene, truth), 4e-3);
+  EXPECT_LT(found->adjustment.sigma0, 2);
+}
+
 TEST(Survey, MapsPanelsWithTheirSides) {
   Scene scene = uneven_room();
   for (Lamp& lamp : scene.lamps) {

@@ -32,6 +32,9 @@ class GrowingMap {
   /// Adjusts the placed pictures and the lamps that two of them show; then updates poses,
   /// positions, shapes and covariances of the map. Known lengths are observations if given.
   Result<Adjustment> adjust_all(const KnownLengths& lengths = {});
+  /// Removes pictures of which an adjustment rejected so many lamps that fewer than three are left,
+  /// or those with the fewest; they do not join again. Returns their number.
+  int drop_undetermined(const Adjustment& failed);
   /// Estimates the errors beyond the noise from the residuals of an adjustment (variance
   /// component), for the next one; without enough redundancy they are kept.
   void estimate_model_sigma(const Adjustment& adjustment);
@@ -91,6 +94,7 @@ class GrowingMap {
   std::vector<std::optional<Lamp>> shapes_;
   std::vector<std::string> reasons_;
   std::vector<bool> ambiguous_;
+  std::vector<bool> dropped_;  // by drop_undetermined()
 };
 
 }  // namespace occ::internal::survey
