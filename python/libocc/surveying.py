@@ -91,7 +91,7 @@ def scene_of(found: Survey, camera: Camera, sensor: Sensor | None = None) -> Sce
         lamps.append(found.lamps[id].lamp.replace(
             position_sigma_m=sigmas_m[row], shared_errors_m=list(errors_m[:, row]), power_sigma=POWER_SIGMA,
         ))
-    scene = Scene(camera=camera, lamps=lamps, **({} if sensor is None else {"sensor": sensor}))
+    scene = Scene(camera=camera, lamps=lamps, sensor=sensor)
     return Scene.parse(scene.format() + "assumed:\n" + "".join(f"  - '{note}'\n" for note in assumptions_of(found)))
 
 

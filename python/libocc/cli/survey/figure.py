@@ -2,6 +2,7 @@
 """Plan of a surveyed room: lamps with enlarged error ellipses, and the places of the pictures."""
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from matplotlib.collections import EllipseCollection
@@ -57,7 +58,7 @@ def plan(
 
 
 def outline(lamp: Lamp) -> Circle | Polygon:
-    style = {"facecolor": "#F0C000", "edgecolor": "#806000", "linewidth": 0.8}
+    style: dict[str, Any] = {"facecolor": "#F0C000", "edgecolor": "#806000", "linewidth": 0.8}
     if lamp.shape == LampShape.rectangle:
         side, normal = np.asarray(lamp.x_axis), np.asarray(lamp.normal)
         across = np.cross(normal, side)

@@ -1,11 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """Files and text of a survey."""
 
+import base64
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from ..._core import Camera, LampShape, Scene, Sensor, Survey, SurveyScale, Trajectory
+from ..._core import Camera, Lamp, LampShape, Scene, Sensor, Survey, SurveyScale, Trajectory
 from ...surveying import assumptions_of, joint_covariance_m2, known_precision, scene_of
 from ..calibration.figures import png_bytes
 from ..calibration.report import table
@@ -19,7 +21,7 @@ def unit_of(found: Survey) -> str:
     return "units of free scale" if found.scale == SurveyScale.free else "m"
 
 
-def camera_places(found: Survey) -> tuple[list[str], np.ndarray]:
+def camera_places(found: Survey) -> tuple[list[str], NDArray[np.float64]]:
     """Names and positions (n, 3) of the pictures that are used, in their order."""
     network = found.network
     images = [image for image in found.image_of_picture if image >= 0]
@@ -31,7 +33,7 @@ def camera_places(found: Survey) -> tuple[list[str], np.ndarray]:
 def survey_data(found: Survey, scene: Scene) -> dict[str, Any]:
     """Plain data of the survey for result.json, beside those of the adjustment."""
     names, places = camera_places(found)
-    stated = {lamp.id for lamp in scene.lamps}
+    sigmas_m = {lamp.id: sigma_of(lamp).tolist() for lamp in scene.lamps}
     return {
         "scale": found.scale.name, "scale_sigma": found.scale_sigma, "assumed": assumptions_of(found),
         "lamps": [
@@ -40,7 +42,7 @@ def survey_data(found: Survey, scene: Scene) -> dict[str, Any]:
                 "normal": list(map(float, s.lamp.normal)), "radius_m": float(s.lamp.radius_m),
                 "size_m": list(map(float, s.lamp.size_m)), "size_sigma": float(s.lamp.size_sigma),
                 "tilt_sigma_rad": s.lamp.tilt_sigma_rad, "relative_power": s.lamp.power_w if s.has_power else None,
-                "colour": list(map(float, s.lamp.colour)), "pictures": s.pictures, "in_scene": s.lamp.id in stated,
+                "colour": list(map(float, s.lamp.colour)), "pictures": s.pictures, "sigma_m": sigmas_m.get(s.lamp.id),
             }
             for s in found.lamps
         ],
@@ -49,6 +51,13 @@ def survey_data(found: Survey, scene: Scene) -> dict[str, Any]:
         ],
         "omissions": omissions_of(found),
     }
+
+
+def sigma_of(lamp: Lamp) -> NDArray[np.float64]:
+    """(3,) standard deviations of a lamp's position with its shared errors."""
+    shared = np.asarray(lamp.shared_errors_m).reshape(-1, 3)
+    own = 0.0 if lamp.position_sigma_m is None else np.asarray(lamp.position_sigma_m) ** 2
+    return np.asarray(np.sqrt(own + (shared**2).sum(axis=0)))
 
 
 def omissions_of(found: Survey) -> list[dict[str, Any]]:
@@ -64,9 +73,7 @@ def trajectory(found: Survey) -> bytes:
     return Trajectory([time for time, _ in used], poses).format().encode()
 
 
-def sections_of(found: Survey, scene: Scene, figure_png: bytes, ordered: bool) -> list[str]:
-    import base64
-
+def sections_of(found: Survey, figure_png: bytes) -> list[str]:
     image = base64.b64encode(figure_png).decode()
     rows = [
         (o.picture, "the picture" if o.blob < 0 else f"blob {o.blob}", o.reason) for o in found.omissions
@@ -85,7 +92,7 @@ def sections_of(found: Survey, scene: Scene, figure_png: bytes, ordered: bool) -
     ]
 
 
-def size_text(lamp: Any) -> str:
+def size_text(lamp: Lamp) -> str:
     if lamp.shape == LampShape.disc:
         return f"radius {lamp.radius_m:.4g}"
     if lamp.shape == LampShape.point:
@@ -120,7 +127,7 @@ def write_survey(
     png = plan_png(found, scene, ordered)
     adjusted, _ = calibrate(found.network_with_all_observations, Datum(), notes=notes + found.warnings)
     data = write(
-        folder, adjusted, f"Survey of {len(scene.lamps)} lamps", sections_of(found, scene, png, ordered)
+        folder, adjusted, f"Survey of {len(scene.lamps)} lamps", sections_of(found, png)
     )
     data = {**data, **survey_data(found, scene)}
     folder.write("result.json", json_bytes(data))
@@ -136,10 +143,8 @@ def text_lines(found: Survey, scene: Scene, pictures: int) -> list[str]:
     factor, small = (1e3, "mm") if found.scale != SurveyScale.free else (1.0, "")
     lines = []
     for lamp in scene.lamps:
-        shared = np.asarray(lamp.shared_errors_m).reshape(-1, 3)
-        variance = np.asarray(lamp.position_sigma_m) ** 2 + (shared**2).sum(axis=0)
         place = " ".join(f"{value:.4f}" for value in lamp.centre_m)
-        sigma = " ".join(f"{factor * s:.2g}" for s in np.sqrt(variance))
+        sigma = " ".join(f"{factor * s:.2g}" for s in sigma_of(lamp))
         lines.append(f"lamp {lamp.id} at {place} {unit}, sigma {sigma} {small}".rstrip() + f", {size_text(lamp)}")
     used = sum(image >= 0 for image in found.image_of_picture)
     scale = {
