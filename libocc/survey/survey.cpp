@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <optional>
 #include <sstream>
+#include <utility>
 
 #include "libocc/core/math.hpp"
 #include "libocc/core/require.hpp"
@@ -217,6 +219,10 @@ class SurveyRun {
       if (*high / *low - 1 > max_spread)
         warnings_.push_back("the lamps' radii differ by " + percent(*high / *low - 1) +
                             "; the scale assumes that their median is the given radius");
+    } else if (const auto scale = scale_by_odometry()) {
+      similarity.scale = scale->first;
+      scale_sigma_ = scale->second;
+      scale_source_ = SurveyScale::odometry;
     }
     growing_.transform(similarity);
   }
@@ -224,6 +230,36 @@ class SurveyRun {
   internal::survey::PlacedTags placed_tags() {
     notes_of_tags_.clear();
     return {pictures_, growing_.map(), camera_, notes_of_tags_};
+  }
+
+  /// Scale and its relative standard deviation, by least squares over the distances between
+  /// consecutive pictures with odometry; nothing without two of them.
+  std::optional<std::pair<double, double>> scale_by_odometry() const {
+    std::vector<const PlacedPicture*> placed;
+    for (const PlacedPicture& picture : growing_.map().placed)
+      if (pictures_[picture.picture].odometry_m) placed.push_back(&picture);
+    std::stable_sort(placed.begin(), placed.end(),
+                     [](const auto* a, const auto* b) { return a->picture < b->picture; });
+    std::vector<double> driven, mapped;
+    double product = 0, squares = 0;
+    for (std::size_t i = 1; i < placed.size(); ++i) {
+      driven.push_back((*pictures_[placed[i]->picture].odometry_m -
+                        *pictures_[placed[i - 1]->picture].odometry_m)
+                           .norm());
+      mapped.push_back((placed[i]->cam_from_map.origin_in_source() -
+                        placed[i - 1]->cam_from_map.origin_in_source())
+                           .norm());
+      product += driven.back() * mapped.back();
+      squares += square(mapped.back());
+    }
+    if (!(product > 0) || !(squares > 0)) return std::nullopt;
+    const double scale = product / squares;
+    double residuals = 0;
+    for (std::size_t i = 0; i < driven.size(); ++i)
+      residuals += square(driven[i] - scale * mapped[i]);
+    const double dof = std::max(1.0, static_cast<double>(driven.size()) - 1);
+    return std::pair(
+        scale, std::hypot(options_.odometry_sigma, std::sqrt(residuals / dof / squares) / scale));
   }
 
   KnownLengths known_lengths() {
@@ -399,6 +435,7 @@ void SurveyOptions::validate() const {
   require_positive(size_spread, "size_spread");
   require_positive(model_sigma_px, "model_sigma_px");
   require_positive(radius_sigma, "radius_sigma");
+  require_positive(odometry_sigma, "odometry_sigma");
   require(threads >= 1, "threads", threads, "at least 1");
   if (radius_m) {
     require_positive(*radius_m, "radius_m");
@@ -422,6 +459,10 @@ void SurveyOptions::validate() const {
 Result<Survey> survey(const std::vector<SurveyPicture>& pictures, const Camera& camera,
                       const SurveyOptions& options, const SurveyCallback& progress) {
   options.validate();
+  for (const SurveyPicture& picture : pictures)
+    if (picture.odometry_m)
+      require(picture.odometry_m->allFinite(), picture.name + ": odometry_m",
+              picture.odometry_m->transpose(), "finite");
   require(camera.is_central(), "camera", name_of(camera.kind()),
           "one with a single projection centre");
   try {

@@ -16,8 +16,8 @@
 //
 // World frame: the lamps' mean normal points down (z is up); x points from lamp 0 to the lamp
 // farthest from it; the lamps' mean x and y, and the lowest camera's z are zero. Pictures do not
-// show the scale: it follows from distances, from AprilTags of known size, or from a lamp's radius;
-// otherwise it is free, and the distance from lamp 0 to the farthest lamp is 1.
+// show the scale: it follows from distances, from AprilTags of known size, from a lamp's radius, or
+// from odometry; otherwise it is free, and the distance from lamp 0 to the farthest lamp is 1.
 #pragma once
 
 #include <Eigen/Core>
@@ -42,6 +42,8 @@ struct SurveyPicture {
   std::vector<Blob> blobs;            ///< result of detect()
   std::vector<AprilTag> tags = {};    ///< result of detect_april_tags(), for a scale by tags
   std::optional<double> time_s = {};  ///< exposure of the middle row, for row_time_s
+  /// Position of the camera by odometry or another source, in any frame with the scale of metres.
+  std::optional<Eigen::Vector3d> odometry_m = {};
 };
 
 /// Measured distance between the centres of two lamps.
@@ -74,7 +76,10 @@ struct LIBOCC_API SurveyOptions {
   std::optional<double> radius_m;       ///< radius of all discs; determines the scale
   double radius_sigma = 0.01;           ///< its relative standard deviation
   std::optional<double> tag_size_m;     ///< side of the tags' black square; determines the scale
-  int threads = 2;                      ///< at least 1; any number gives the same bits
+  /// Relative standard deviation of the length of a path by odometry. The distances between
+  /// consecutive pictures with odometry_m determine the scale if nothing else does.
+  double odometry_sigma = 0.01;
+  int threads = 2;  ///< at least 1; any number gives the same bits
 
   void validate() const;  ///< throws std::invalid_argument naming the field and its value
 };
@@ -102,6 +107,7 @@ enum class SurveyScale {
   distances,  ///< SurveyOptions::distances
   radius,     ///< SurveyOptions::radius_m
   tags,       ///< SurveyOptions::tag_size_m
+  odometry,   ///< SurveyPicture::odometry_m
 };
 
 /// Result of survey().
@@ -114,7 +120,7 @@ struct Survey {
   std::vector<std::vector<int>> lamp_of_blob;
   std::vector<SurveyOmission> omissions;  ///< all that is not used, with the reason
   SurveyScale scale = SurveyScale::free;  ///< origin of the scale
-  double scale_sigma = 0;                 ///< radius: relative standard deviation of the scale,
+  double scale_sigma = 0;                 ///< radius, odometry: relative sigma of the scale,
                                           ///< which the network's precision does not contain
   std::vector<std::string> warnings;      ///< contradictions that the user should check
 };

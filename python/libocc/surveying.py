@@ -101,6 +101,7 @@ def assumptions_of(found: Survey) -> list[str]:
         SurveyScale.free: "the scale is free: the distance from lamp 0 to the lamp farthest from it is set to 1",
         SurveyScale.distances: "the scale is that of measured distances",
         SurveyScale.tags: "the scale is that of the given size of the AprilTags",
+        SurveyScale.odometry: "the scale is that of the odometry",
         SurveyScale.radius: "the scale is that of the given radius of the lamps",
     }[found.scale]
     return [

@@ -13,6 +13,7 @@ using Surveyed = Result<Survey>;
 using Tags = std::vector<std::vector<AprilTag>>;
 using Pictures = std::vector<std::pair<std::string, std::vector<Blob>>>;
 using Times = std::vector<std::optional<double>>;
+using Places = std::vector<std::optional<Eigen::Vector3d>>;
 using Distances = std::vector<std::tuple<int, int, double, double>>;
 
 auto survey_fields() {
@@ -32,6 +33,7 @@ auto survey_fields() {
           "sigma of errors of a lamp's image beyond its noise; estimated if the redundancy is 20"),
       field("radius_m", &O::radius_m, "radius of all discs; determines the scale"),
       field("radius_sigma", &O::radius_sigma, "its relative standard deviation"),
+      field("odometry_sigma", &O::odometry_sigma, "relative sigma of a path's length by odometry"),
       field("tag_size_m", &O::tag_size_m, "side of the tags' black square; determines the scale"),
       field("threads", &O::threads, "at least 1; any number gives the same bits"));
 }
@@ -50,6 +52,7 @@ void define_results(py::module_& m) {
       .value("distances", SurveyScale::distances)
       .value("radius", SurveyScale::radius)
       .value("tags", SurveyScale::tags)
+      .value("odometry", SurveyScale::odometry)
       .finalize();
   ResultClass<SurveyedLamp>(m, "SurveyedLamp", "A lamp of a survey.")
       .def_readonly("lamp", &SurveyedLamp::lamp,
@@ -99,7 +102,9 @@ void define_survey(py::module_& m) {
       "Maps lamps from pictures of one calibrated camera at unknown places.\n\n"
       "pictures: (name, blobs) of each. distances: (lamp id, lamp id, length, sigma) [m]; they\n"
       "determine the scale. tags: AprilTags of each picture. times_s:\n"
-      "exposure of the middle row of each, or None.\n"
+      "exposure of the middle row of each, or None. odometry_m: position (3,) of the camera by\n"
+      "odometry for each picture, or None; consecutive ones determine the scale if nothing else "
+      "does.\n"
       "progress(stage, done, total): called often; False stops it. Returns: Survey; status "
       "too_few_lamps, ambiguous, no_pose, or that of\n"
       "the adjustment. Raises: ValueError for an invalid option or an unknown lamp." +
@@ -108,7 +113,7 @@ void define_survey(py::module_& m) {
       m, "survey", fields,
       [](SurveyOptions options, const Pictures& pictures, const Camera& camera,
          const Distances& distances, const Tags& tags, const Times& times_s,
-         const py::object& progress) {
+         const Places& odometry_m, const py::object& progress) {
         std::vector<SurveyPicture> all;
         for (const auto& [name, blobs] : pictures) all.push_back({name, blobs});
         require(tags.empty() || tags.size() == all.size(), "tags", tags.size(),
@@ -119,6 +124,9 @@ void define_survey(py::module_& m) {
         require(times_s.empty() || times_s.size() == all.size(), "times_s", times_s.size(),
                 "one time for each picture");
         for (std::size_t i = 0; i < times_s.size(); ++i) all[i].time_s = times_s[i];
+        require(odometry_m.empty() || odometry_m.size() == all.size(), "odometry_m",
+                odometry_m.size(), "one position for each picture");
+        for (std::size_t i = 0; i < odometry_m.size(); ++i) all[i].odometry_m = odometry_m[i];
         const SurveyCallback callback = [&](const SurveyProgress& state) {
           py::gil_scoped_acquire locked;
           if (PyErr_CheckSignals() != 0) throw py::error_already_set();
@@ -131,7 +139,8 @@ void define_survey(py::module_& m) {
       },
       py::arg("pictures"), py::arg("camera"), py::kw_only(),
       py::arg_v("distances", Distances{}, "[]"), py::arg_v("tags", Tags{}, "[]"),
-      py::arg_v("times_s", Times{}, "[]"), py::arg("progress") = py::none(), doc.c_str());
+      py::arg_v("times_s", Times{}, "[]"), py::arg_v("odometry_m", Places{}, "[]"),
+      py::arg("progress") = py::none(), doc.c_str());
 }
 
 }  // namespace occ::python

@@ -97,6 +97,20 @@ def test_a_symmetric_room_is_not_guessed(libocc, tmp_path):
     assert json.loads((tmp_path / "out" / "result.json").read_text())["status"] == "ambiguous"
 
 
+def test_a_recording_takes_its_scale_from_odometry(libocc, tmp_path):
+    assert libocc("sequence", "irregular_six", "walk", "--out", "walk", "--fps", 4)[0] == 0
+    path = samples.find_trajectory("walk")
+    occ.Trajectory.load(path).save(tmp_path / "path.tum")
+    code, text, errors = libocc(
+        "survey", "walk", "--camera", "irregular_six", "--odometry", "path.tum", "--out", "room"
+    )
+    assert code == 0, errors
+    assert "8 of 8 pictures" in text and "scale of the odometry" in text
+    data = json.loads((tmp_path / "room" / "result.json").read_text())
+    assert 0.01 <= data["scale_sigma"] < 0.02
+    assert np.mean([lamp["radius_m"] for lamp in data["lamps"]]) == pytest.approx(0.085, rel=0.01)
+
+
 @pytest.mark.parametrize(
     ("options", "message"),
     [

@@ -10,6 +10,7 @@
 
 #include "libocc/core/math.hpp"
 #include "libocc/detect/detect.hpp"
+#include "libocc/geometry/so3.hpp"
 #include "libocc/network/precision.hpp"
 #include "tests/support/rendered_rooms.hpp"
 #include "tests/survey/survey_support.hpp"
@@ -59,6 +60,25 @@ TEST(Survey, TakesTheScaleFromARadius) {
   EXPECT_EQ(found->scale, SurveyScale::radius);
   EXPECT_GE(found->scale_sigma, 1e-3);
   EXPECT_LT(worst_distance_m(*found, scene, truth_of(*found, made)), 3.5 * 4 * found->scale_sigma);
+}
+
+TEST(Survey, TakesTheScaleFromOdometry) {
+  const Scene scene = uneven_room();
+  std::vector<Rigid3> poses;
+  auto made = video(scene, 40, 5, poses);
+  const Eigen::Matrix3d other_frame = so3_exp({0.3, -0.2, 1});  // and a factor of 1 %
+  for (std::size_t i = 0; i < made.size(); ++i)
+    made[i].picture.odometry_m = 1.01 * (other_frame * poses[i].origin_in_source());
+  SurveyOptions options;
+  options.ordered = true;
+  const auto found = survey(pictures_of(made), scene.camera, options);
+  ASSERT_TRUE(found.ok()) << found.message;
+  EXPECT_EQ(found->scale, SurveyScale::odometry);
+  EXPECT_NEAR(found->scale_sigma, 0.01, 0.002);
+  const std::vector<int> truth = truth_of(*found, made);
+  const double length = (scene.lamps[truth[0]].centre_m - scene.lamps[truth[1]].centre_m).norm();
+  EXPECT_NEAR((found->lamps[0].lamp.centre_m - found->lamps[1].lamp.centre_m).norm(), 1.01 * length,
+              3e-3);
 }
 
 TEST(Survey, HoldsBackPicturesOfFourLampsInARectangle) {

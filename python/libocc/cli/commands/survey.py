@@ -1,9 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
 import re
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import click
+import numpy as np
 
 import libocc as occ
 
@@ -20,6 +22,20 @@ def camera_of(name: str) -> tuple[occ.Camera, occ.Sensor | None]:
             return occ.read_camera(name), None
         scene = samples.load_scene(name)
         return scene.camera, scene.sensor
+
+
+def places_of(path: str, times_s: Sequence[float | None]) -> list[Any]:
+    """Position of the camera by odometry for each picture; None outside the times of the file."""
+    with error_context(path):
+        trajectory = occ.Trajectory.load(path)
+        places = []
+        for time_s in times_s:
+            inside = time_s is not None and trajectory.begin_s <= time_s <= trajectory.end_s
+            pose = np.asarray(trajectory.cam_from_world(time_s)) if inside and time_s is not None else None
+            places.append(None if pose is None else -pose[:3, :3].T @ pose[:3, 3])
+        if sum(place is not None for place in places) < 2:
+            raise ValueError("has the times of fewer than two pictures; the frames need times: a video, or --fps")
+        return places
 
 
 def lamp_number(name: str) -> int:
@@ -43,6 +59,10 @@ def lamp_number(name: str) -> int:
 @click.option("--tag-size", "tag_size_m", type=click.FloatRange(0, min_open=True), metavar="M",
               help="Side of the black square of AprilTags in the pictures, for the scale.")
 @click.option("--family", default="tag36h11", show_default=True, help="Family of the tags.")
+@click.option("--odometry", metavar="FILE.tum",
+              help="Poses of the camera by odometry at the times of the frames, for the scale.")
+@click.option("--odometry-sigma", type=click.FloatRange(0, 1, min_open=True), default=0.01, show_default=True,
+              help="Relative error of the length of a path by odometry, sigma.")
 @click.option("--ordered", is_flag=True, help="The images are frames of one slow motion, as those of a video.")
 @click.option("--fps", type=click.FloatRange(0, min_open=True),
               help="Frame rate of a folder of frames or of a video without times.")
@@ -55,8 +75,9 @@ def lamp_number(name: str) -> int:
 @json_option
 @click.pass_context
 def command(
-    ctx: click.Context, sources: tuple[str, ...], camera_path: str, distance: tuple[tuple[str, str, float, float], ...],
-    radius_m: float | None, radius_sigma: float, tag_size_m: float | None, family: str, ordered: bool,
+    ctx: click.Context, sources: tuple[str, ...], camera_path: str,
+    distance: tuple[tuple[str, str, float, float], ...], radius_m: float | None, radius_sigma: float,
+    tag_size_m: float | None, family: str, odometry: str | None, odometry_sigma: float, ordered: bool,
     fps: float | None, row_time_s: float | None, max_pictures: int, threshold_dn: Threshold, out: str, as_json: bool,
 ) -> None:
     """\b
@@ -74,22 +95,24 @@ def command(
     matches the others in one way only.
 
     The pictures do not show the scale: give --distance between two lamps, --tag-size of AprilTags that
-    at least two pictures show, or --radius. Lamps have the same ids in each run with the same pictures; a
-    first run without scale shows them in plan.png.
+    at least two pictures show, --radius, or --odometry of a recording. Lamps have the same ids in each
+    run with the same pictures; a first run without scale shows them in plan.png.
 
     The folder has scene.yaml (for `libocc locate`), plan.png, report.html, result.json and trajectory.tum
     (poses of the pictures). Exit code 0: surveyed; 1: not determined (result.json has the reason); 2: bad
     input.
     """
-    if bool(distance) + (radius_m is not None) + (tag_size_m is not None) > 1:
-        raise Failure("--distance, --radius and --tag-size: give one of them")
+    if bool(distance) + sum(value is not None for value in (radius_m, tag_size_m, odometry)) > 1:
+        raise Failure("--distance, --radius, --tag-size and --odometry: give one of them")
     distances = [(lamp_number(a), lamp_number(b), length_m, sigma_m) for a, b, length_m, sigma_m in distance]
     camera, sensor = camera_of(camera_path)
     from ..survey.sources import Detector, read_pictures
 
     detector = Detector(camera, sensor, threshold_dn, family if tag_size_m is not None else None)
     pictures = read_pictures(sources, detector, ordered, max_pictures, fps)
+    places = [] if odometry is None else places_of(odometry, pictures.times_s)
     options: dict[str, Any] = {
+        "odometry_sigma": odometry_sigma,
         "ordered": pictures.ordered, "radius_m": radius_m, "radius_sigma": radius_sigma, "tag_size_m": tag_size_m,
         "row_time_s": row_time_s if row_time_s is not None else 0.0 if sensor is None else sensor.row_time_s,
     }
@@ -98,7 +121,7 @@ def command(
     with survey_status() as show, error_context("survey"):
         found = occ.surveying.survey(
             pictures.blobs, camera, distances=distances, tags=pictures.tags, times_s=pictures.times_s,
-            progress=show, **options,
+            odometry_m=places, progress=show, **options,
         )
     from ..result_folder import ResultFolder
     from ..survey.output import text_lines, write_survey
@@ -106,7 +129,7 @@ def command(
     with error_context(out):
         folder = ResultFolder(out, {
             "kind": "survey", "pictures": list(sources), "camera": camera_path,
-            "distances": [list(d) for d in distances], **options,
+            "distances": [list(d) for d in distances], "odometry": odometry, **options,
         })
         data, scene = write_survey(folder, found, camera, sensor, pictures.ordered, pictures.notes)
     if as_json:

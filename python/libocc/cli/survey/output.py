@@ -150,6 +150,7 @@ def text_lines(found: Survey, scene: Scene, pictures: int) -> list[str]:
     scale = {
         SurveyScale.free: "free: give --distance between two lamps, --tag-size or --radius",
         SurveyScale.radius: "of the radius", SurveyScale.distances: "of the distances", SurveyScale.tags: "of the tags",
+        SurveyScale.odometry: "of the odometry",
     }[found.scale]
     lines.append(f"{used} of {pictures} pictures, sigma0 {found.sigma0:.3g}, scale {scale}")
     shown = [o for o in found.omissions if o.blob < 0] + [o for o in found.omissions if o.blob >= 0]
