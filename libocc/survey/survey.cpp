@@ -26,8 +26,9 @@ using internal::survey::LampMap;
 using internal::survey::MapLamp;
 using internal::survey::PlacedPicture;
 
-constexpr int max_starts = 6;  // first pictures that are tried; the largest map is kept
-constexpr int max_rounds = 6;  // of adjustment and further matches; two suffice for most rooms
+constexpr int max_starts = 6;       // first pictures that are tried; the largest map is kept
+constexpr int max_lone_starts = 3;  // if no picture joins them: in a grid, none ever does
+constexpr int max_rounds = 6;       // of adjustment and further matches; two suffice for most rooms
 
 /// World frame of the result: see survey.hpp.
 Similarity world_frame(const GrowingMap& growing, const std::vector<int>& order) {
@@ -102,7 +103,8 @@ class SurveyRun {
     candidates_ = static_cast<int>(order.size());
     int best = 0, best_placed = 0, tries = 0;
     for (const int picture : order) {
-      if (tries++ == max_starts) break;
+      if (tries == max_starts || (tries == max_lone_starts && best_placed < 2)) break;
+      ++tries;
       growing_.start(picture);
       growing_.join_pictures();
       if (growing_.placed() > best_placed) {

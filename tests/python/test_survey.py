@@ -111,6 +111,18 @@ def test_a_recording_takes_its_scale_from_odometry(libocc, tmp_path):
     assert np.mean([lamp["radius_m"] for lamp in data["lamps"]]) == pytest.approx(0.085, rel=0.01)
 
 
+def test_frames_with_a_wrong_time_or_content_are_named(libocc, tmp_path):
+    assert libocc("sequence", "irregular_six", "walk", "--out", "walk", "--fps", 4)[0] == 0
+    truth = tmp_path / "walk" / "truth" / "000005.json"
+    truth.write_text(json.dumps({**json.loads(truth.read_text()), "time_s": 0.1}))
+    (tmp_path / "walk" / "images" / "000003.png").write_bytes(b"no image")
+    code, text, errors = libocc("survey", "walk", "--camera", "irregular_six", "--radius", 0.085, "--out", "room")
+    assert code == 0, errors
+    assert "6 of 6 pictures" in text
+    assert "000005.png: its time 0.1 s is not after 1 s; the frame is not used" in text
+    assert "000003.png: " in text and text.count("the frame is not used") == 2
+
+
 @pytest.mark.parametrize(
     ("options", "message"),
     [
