@@ -9,6 +9,7 @@ from cpp_api import CppApi
 from plain_text import to_rst, with_equations
 
 TITLES = {
+    "survey": "maps of lamps from pictures alone",
     "calibrate": "start values and calibration from pictures", "camera": "camera models",
     "codes": "ids as light and back", "core": "images, status, random numbers", "decode": "ids from image sequences",
     "detect": "blobs, rims, spots, stripes", "formation": "the image of one lamp", "geometry": "rotations, poses",

@@ -20,7 +20,8 @@ This module has the names of everyday use:
 - light over a plane: power_map, received_power.
 
 Everything else has a submodule of its own, which is loaded at its first use: network, guide, codes, smoothing,
-targets, photometry, objects, pose, rendering, bench; streams (sources of frames), maps (planes of cameras).
+targets, photometry, objects, pose, rendering, bench; streams (sources of frames), maps (planes of cameras),
+surveying (maps of lamps from pictures).
 """
 
 from importlib import import_module
@@ -111,6 +112,7 @@ if TYPE_CHECKING:
         rendering as rendering,
         smoothing as smoothing,
         streams as streams,
+        surveying as surveying,
         targets as targets,
     )
 
@@ -125,7 +127,7 @@ __all__ = [
     "robust_pose", "simulate", "solve_pose", "solvers", "write_camera", "write_image",
 ]
 
-_SUBMODULES = (*_moved.NEW_HOMES, "maps", "streams")
+_SUBMODULES = (*_moved.NEW_HOMES, "maps", "streams", "surveying")
 
 _moved.install()
 

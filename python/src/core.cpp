@@ -95,4 +95,5 @@ PYBIND11_MODULE(_core, m) {
   occ::python::define_test_field(m);
   occ::python::define_targets(m);
   occ::python::define_start_network(m);
+  occ::python::define_survey(m);
 }

@@ -58,6 +58,7 @@ void define_network_statistics(py::module_& m);
 void define_test_field(py::module_& m);
 void define_targets(py::module_& m);
 void define_start_network(py::module_& m);
+void define_survey(py::module_& m);
 
 /// Runs `read(path)` without the GIL. Translates its std::runtime_error, with the same message, to
 /// FileNotFoundError or OSError when the file cannot be opened, else to ValueError.

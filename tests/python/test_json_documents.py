@@ -44,6 +44,7 @@ CALLS = {
     "trust": "trust --family one_dark --family coplanar_four --count 4",
     "calibrate": "calibrate network panorama --out calibrated",
     "import-network": "import-network kalibr/camchain.yaml --out imported",
+    "survey": "survey a.png b.png c.png --camera irregular_six --radius 0.085 --out surveyed",
     "measure": "measure panorama corners.csv --out measured --distance corner_0 corner_1",
     "row-time": "row-time lamp.png --frequency-hz 2000",
     "guide": "guide short_drive --out drive --no-animation --runs 1",

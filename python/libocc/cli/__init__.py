@@ -41,6 +41,7 @@ COMMANDS = (
     "light",
     "calibrate",
     "import-network",
+    "survey",
     "measure",
     "row-time",
     "guide",

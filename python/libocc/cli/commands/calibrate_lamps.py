@@ -7,6 +7,7 @@ import numpy as np
 import libocc as occ
 
 from ... import samples
+from ...surveying import shared_errors
 from .. import Failure, error_context, json_option
 from ..detect_options import Threshold, background_hint, threshold_of, threshold_option
 from ..progress import progress
@@ -16,7 +17,6 @@ if TYPE_CHECKING:  # matplotlib loads slowly
     from ..calibration.summary import Calibration
 
 MIN_REDUNDANCY = 5
-MIN_SHARED_RATIO = 2.0  # of variances
 MAX_SCALE_CHANGE = 0.02  # a tape is more accurate over a room
 
 
@@ -137,29 +137,6 @@ def lamp_lines(data: dict[str, Any], scene: occ.Scene) -> list[str]:
         text.append(f"warning: {scale}")
     absent = [name for name in before if name not in {point["name"] for point in data["points"]}]
     return text + [f"{name} was not surveyed; the position in the map is kept" for name in absent]
-
-
-def shared_errors(joint_m2: Any) -> tuple[Any, Any]:
-    """Splits the joint covariance (n, n, 3, 3) of positions into standard deviations (n, 3) of each position alone,
-    and errors (m, n, 3) that positions share.
-
-    With the covariance of each position as the unit, an eigenvalue of the joint covariance is the ratio of the variance
-    of a common motion to that of independent positions. Motions with a ratio above 2 become shared errors.
-    """
-    count = len(joint_m2)
-    own = joint_m2[range(count), range(count)]
-    values, vectors = np.linalg.eigh(own)
-    values = np.maximum(values, 0)
-    inverse = np.where(values > 1e-12 * values.max(), 1 / np.sqrt(np.maximum(values, 1e-300)), 0)
-    root = vectors * np.sqrt(values)[:, None, :] @ vectors.transpose(0, 2, 1)
-    unit = vectors * inverse[:, None, :] @ vectors.transpose(0, 2, 1)
-    scaled = np.einsum("iab,ijbc,jcd->iajd", unit, joint_m2, unit).reshape(3 * count, 3 * count)
-    ratios, motions = np.linalg.eigh((scaled + scaled.T) / 2)
-    ratios = np.maximum(ratios, 0)
-    shared = ratios > MIN_SHARED_RATIO
-    errors = np.einsum("iab,ibm->mia", root, (motions * np.sqrt(ratios))[:, shared].reshape(count, 3, -1))
-    alone = np.diagonal(own, axis1=1, axis2=2) - (errors**2).sum(axis=0)
-    return np.sqrt(np.maximum(alone, 0)), errors
 
 
 def surveyed(scene: occ.Scene, found: "Calibration") -> occ.Scene:

@@ -1,0 +1,372 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "libocc/survey/internal/growing_map.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+#include "libocc/core/internal/dense.hpp"
+#include "libocc/core/math.hpp"
+#include "libocc/core/statistics.hpp"
+#include "libocc/geometry/so3.hpp"
+
+namespace occ::internal::survey {
+
+using Eigen::Matrix3d;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+GrowingMap::GrowingMap(const std::vector<SurveyPicture>& pictures, const Camera& camera,
+                       const SurveyOptions& options, const SurveyCallback& progress)
+    : input_(pictures),
+      camera_(camera),
+      options_(options),
+      progress_(progress),
+      model_sigma_px_(options.model_sigma_px),
+      reasons_(pictures.size()) {
+  for (const SurveyPicture& picture : pictures) {
+    PictureViews views;
+    views.blobs = &picture.blobs;
+    for (std::size_t b = 0; b < picture.blobs.size(); ++b)
+      if (auto view = lamp_view(picture.blobs[b], static_cast<int>(b), camera))
+        views.views.push_back(std::move(*view));
+    pictures_.push_back(std::move(views));
+  }
+  place_of_.assign(pictures.size(), -1);
+  ambiguous_.assign(pictures.size(), false);
+  dropped_.assign(pictures.size(), false);
+}
+
+void GrowingMap::start(int picture) {
+  map_ = {};
+  shapes_.clear();
+  point_of_lamp_.clear();
+  std::fill(place_of_.begin(), place_of_.end(), -1);
+  std::fill(reasons_.begin(), reasons_.end(), std::string());
+  std::fill(ambiguous_.begin(), ambiguous_.end(), false);
+  place_of_[picture] = 0;
+  PlacedPicture placed;
+  placed.picture = picture;
+  placed.lamp_of.assign(input_[picture].blobs.size(), -1);
+  map_.placed.push_back(placed);
+  for (const LampShapeView& view : pictures_[picture].views)
+    map_.placed[0].lamp_of[view.blob] = add_lamp(view, Rigid3(), 1, options_.size_spread, nullptr);
+  // Lamps of one ceiling face one direction; the normal of each follows when pictures are joined.
+  std::vector<Vector3d> normals;
+  for (const LampShapeView& view : pictures_[picture].views)
+    normals.insert(normals.end(), view.normals.begin(), view.normals.end());
+  for (MapLamp& lamp : map_.lamps) lamp.normal = consensus_direction(normals);
+}
+
+int GrowingMap::add_lamp(const LampShapeView& view, const Rigid3& cam_from_map, double size,
+                         double size_sigma, const Matrix6* pose_covariance) {
+  const Matrix3d to_map = cam_from_map.rotation.transpose();
+  const Vector3d in_cam = view_position(view, size);
+  Matrix3d covariance = view_covariance(view, size, size_sigma);
+  if (pose_covariance != nullptr) {
+    Eigen::Matrix<double, 3, 6> jacobian;
+    jacobian << -skew(in_cam), Matrix3d::Identity();
+    covariance += jacobian * *pose_covariance * jacobian.transpose();
+  }
+  MapLamp lamp;
+  lamp.position = cam_from_map.inverse() * in_cam;
+  lamp.covariance = to_map * covariance * to_map.transpose();
+  lamp.shape = view.shape;
+  lamp.size = size;
+  lamp.size_sigma = size_sigma;
+  lamp.normal = to_map * view.normals[0];
+  if (!map_.lamps.empty()) {  // of both normals of a disc, the one like those of other lamps
+    const Vector3d& other = map_.lamps[0].normal;
+    for (const Vector3d& normal : view.normals)
+      if (other.dot(to_map * normal) > other.dot(lamp.normal)) lamp.normal = to_map * normal;
+  }
+  map_.lamps.push_back(lamp);
+  return static_cast<int>(map_.lamps.size()) - 1;
+}
+
+double GrowingMap::median_size() const {
+  std::vector<double> sizes;
+  for (const MapLamp& lamp : map_.lamps) sizes.push_back(lamp.size);
+  return median(std::move(sizes));
+}
+
+std::vector<MapMatch> GrowingMap::without_fast_motions(int picture,
+                                                       std::vector<MapMatch> matches) const {
+  std::vector<int> neighbours;
+  for (const int other : {picture - 1, picture + 1})
+    if (other >= 0 && other < static_cast<int>(place_of_.size()) && place_of_[other] >= 0)
+      neighbours.push_back(place_of_[other]);
+  const auto is_fast = [&](const MapMatch& match) {
+    for (const int neighbour : neighbours) {
+      const Rigid3& before = map_.placed[neighbour].cam_from_map;
+      std::vector<double> angles;
+      for (const int lamp : match.lamp_of_view) {
+        if (lamp < 0) continue;
+        const Vector3d a = (before * map_.lamps[lamp].position).normalized();
+        const Vector3d b = (match.cam_from_map * map_.lamps[lamp].position).normalized();
+        angles.push_back(std::atan2(a.cross(b).norm(), a.dot(b)));
+      }
+      if (median(angles) > options_.max_motion_rad) return true;
+    }
+    return false;
+  };
+  matches.erase(std::remove_if(matches.begin(), matches.end(), is_fast), matches.end());
+  return matches;
+}
+
+int GrowingMap::placed_neighbour(int picture) const {
+  for (const int other : {picture - 1, picture + 1})
+    if (other >= 0 && other < static_cast<int>(place_of_.size()) && place_of_[other] >= 0)
+      return place_of_[other];
+  return -1;
+}
+
+std::vector<MapMatch> GrowingMap::match_near(int picture, int neighbour) const {
+  const Rigid3& near = map_.placed[neighbour].cam_from_map;
+  // Single lamps move by up to twice the median, as those above a camera that passes below them.
+  const double min_cosine = std::cos(std::min(pi, 2 * options_.max_motion_rad));
+  MatchCandidates candidates;
+  for (const LampShapeView& view : pictures_[picture].views) {
+    candidates.emplace_back();
+    for (std::size_t lamp = 0; lamp < map_.lamps.size(); ++lamp) {
+      const Vector3d in_cam = near * map_.lamps[lamp].position;
+      if (in_cam.dot(view.bearing) > min_cosine * in_cam.norm())
+        candidates.back().push_back(static_cast<int>(lamp));
+    }
+  }
+  std::vector<MapMatch> matches =
+      match_picture(pictures_[picture], map_, pictures_, camera_, candidates);
+  return without_fast_motions(picture, std::move(matches));
+}
+
+void GrowingMap::report(const SurveyProgress& state) const {
+  if (progress_ && !progress_(state)) throw SurveyStopped();
+}
+
+bool GrowingMap::join(int picture) {
+  report({"joining pictures", placed(), static_cast<int>(pictures_.size())});
+  if (dropped_[picture]) return false;
+  const int neighbour = options_.ordered ? placed_neighbour(picture) : -1;
+  // Three lamps have a pose but no redundancy, and need the motion from a neighbour as evidence.
+  const int min_views = neighbour >= 0 ? 3 : 4;
+  if (views(picture) < min_views) {
+    reasons_[picture] = "it shows " + std::to_string(views(picture)) +
+                        " whole lamps with a measured rim; the minimum is " +
+                        std::to_string(min_views);
+    return false;
+  }
+  // That neighbours show the same lamps is expected; of other pictures it is not (odds of 30).
+  const double max_log10 = options_.max_log10_false_alarms + (neighbour >= 0 ? 1.5 : 0);
+  const std::vector<MapMatch> matches =
+      neighbour >= 0 ? match_near(picture, neighbour)
+                     : match_picture(pictures_[picture], map_, pictures_, camera_);
+  const MatchVerdict verdict = judge_matches(matches, max_log10, min_views);
+  ambiguous_[picture] = verdict.kind == MatchVerdict::Kind::ambiguous;
+  if (verdict.kind == MatchVerdict::Kind::matched) {
+    place(picture, matches[0]);
+    return true;
+  }
+  if (ambiguous_[picture]) {
+    reasons_[picture] = "held back: it matches the map in " + std::to_string(verdict.ways) +
+                        " ways, because the lamps are arranged regularly";
+  } else if (matches.empty()) {
+    reasons_[picture] = "it does not match the map";
+  } else {
+    reasons_[picture] = "its best match with the map, of " + std::to_string(matches[0].matches) +
+                        " lamps with " + std::to_string(matches[0].contradictions) +
+                        " contradictions, may be accidental";
+  }
+  return false;
+}
+
+int GrowingMap::join_pictures() {
+  const int count = static_cast<int>(pictures_.size());
+  std::vector<int> visits;  // forwards and backwards, so that a recording grows from its start
+  for (int i = 0; i < count; ++i) visits.push_back(i);
+  if (options_.ordered)
+    for (int i = count - 1; i >= 0; --i) visits.push_back(i);
+  int joined = 0;
+  for (bool changed = true; changed;) {
+    changed = false;
+    for (const int picture : visits) {
+      if (place_of_[picture] >= 0) continue;
+      if (options_.ordered && placed_neighbour(picture) < 0) continue;
+      if (!join(picture)) continue;
+      changed = true;
+      ++joined;
+    }
+    if (changed || !options_.ordered) continue;
+    // After a gap, such as a picture without lamps, a recording continues where the map decides.
+    for (int picture = 0; picture < count && !changed; ++picture) {
+      if (place_of_[picture] >= 0 || placed_neighbour(picture) >= 0 || !join(picture)) continue;
+      changed = true;
+      ++joined;
+    }
+  }
+  return joined;
+}
+
+void GrowingMap::place(int picture, const MapMatch& match) {
+  PlacedPicture placed;
+  placed.picture = picture;
+  placed.cam_from_map = match.cam_from_map;
+  placed.lamp_of.assign(input_[picture].blobs.size(), -1);
+  const Matrix3d to_map = match.cam_from_map.rotation.transpose();
+  const double size = median_size();
+  for (std::size_t v = 0; v < match.lamp_of_view.size(); ++v) {
+    const LampShapeView& view = pictures_[picture].views[v];
+    const int lamp = match.lamp_of_view[v];
+    if (lamp < 0) {
+      placed.lamp_of[view.blob] =
+          add_lamp(view, match.cam_from_map, size, options_.size_spread, &match.covariance);
+      continue;
+    }
+    placed.lamp_of[view.blob] = lamp;
+    // Fusion of both positions, weighted by their covariances.
+    MapLamp& known = map_.lamps[lamp];
+    const Vector3d in_cam = view_position(view, known.size);
+    Eigen::Matrix<double, 3, 6> jacobian;
+    jacobian << -skew(in_cam), Matrix3d::Identity();
+    const Matrix3d seen = to_map *
+                          (view_covariance(view, known.size, known.size_sigma) +
+                           jacobian * match.covariance * jacobian.transpose()) *
+                          to_map.transpose();
+    const Matrix3d gain = known.covariance * core::inverse<Matrix3d>(known.covariance + seen);
+    known.position += gain * (match.cam_from_map.inverse() * in_cam - known.position);
+    known.covariance -= gain * known.covariance;
+    known.covariance = (0.5 * (known.covariance + known.covariance.transpose())).eval();
+  }
+  place_of_[picture] = static_cast<int>(map_.placed.size());
+  map_.placed.push_back(std::move(placed));
+  reasons_[picture].clear();
+  ambiguous_[picture] = false;
+}
+
+void GrowingMap::remove_unused_lamps() {
+  const std::vector<int> counts = picture_counts();
+  std::vector<int> index(map_.lamps.size(), -1);
+  int kept = 0;
+  for (std::size_t lamp = 0; lamp < map_.lamps.size(); ++lamp) {
+    if (counts[lamp] == 0) continue;
+    index[lamp] = kept;
+    map_.lamps[kept] = map_.lamps[lamp];
+    point_of_lamp_[kept] = point_of_lamp_[lamp];
+    shapes_[kept] = shapes_[lamp];
+    ++kept;
+  }
+  map_.lamps.resize(static_cast<std::size_t>(kept));
+  point_of_lamp_.resize(static_cast<std::size_t>(kept));
+  shapes_.resize(static_cast<std::size_t>(kept));
+  for (PlacedPicture& placed : map_.placed)
+    for (int& lamp : placed.lamp_of)
+      if (lamp >= 0) lamp = index[lamp];
+}
+
+double GrowingMap::smallest_spacing() const {
+  double smallest = infinity;
+  for (const PlacedPicture& placed : map_.placed)
+    for (std::size_t i = 0; i < placed.lamp_of.size(); ++i)
+      for (std::size_t j = 0; j < i; ++j) {
+        const int a = placed.lamp_of[i], b = placed.lamp_of[j];
+        if (a >= 0 && b >= 0)
+          smallest = std::min(smallest, (map_.lamps[a].position - map_.lamps[b].position).norm());
+      }
+  return smallest;
+}
+
+bool GrowingMap::is_one_lamp(int a, int b, double spacing) const {
+  const Vector3d difference = map_.lamps[a].position - map_.lamps[b].position;
+  // Two lamps cannot be nearer than their sizes.
+  if (difference.norm() < std::max(map_.lamps[a].size, map_.lamps[b].size)) return true;
+  // When a recording returns, its drift separates the two positions of a lamp. Drift beyond a
+  // quarter of the spacing of lamps may also lead to the next lamp, and decides nothing.
+  if (!(difference.norm() < 0.25 * spacing) || !precision_ || point_of_lamp_[a] < 0 ||
+      point_of_lamp_[b] < 0)
+    return false;
+  const Matrix6 joint = precision_->positions(Target::of_point(point_of_lamp_[a]),
+                                              Target::of_point(point_of_lamp_[b]));
+  if (!joint.allFinite()) return false;
+  const Matrix3d covariance = joint.topLeftCorner<3, 3>() + joint.bottomRightCorner<3, 3>() -
+                              joint.topRightCorner<3, 3>() - joint.bottomLeftCorner<3, 3>();
+  constexpr double max_chi2 = 21.1;  // exceeded with probability 1e-4, 3 degrees of freedom
+  return difference.dot(core::inverse<Matrix3d>(covariance) * difference) < max_chi2;
+}
+
+int GrowingMap::reassign() {
+  int changes = 0;
+  const auto replace = [&](int from, int to) {
+    for (PlacedPicture& placed : map_.placed)
+      for (int& lamp : placed.lamp_of)
+        if (lamp == from) lamp = to;
+    ++changes;
+  };
+  const int count = static_cast<int>(map_.lamps.size());
+  std::vector<int> counts = picture_counts();
+  const auto share_a_picture = [&](int a, int b) {
+    for (const PlacedPicture& placed : map_.placed)
+      if (std::count(placed.lamp_of.begin(), placed.lamp_of.end(), a) > 0 &&
+          std::count(placed.lamp_of.begin(), placed.lamp_of.end(), b) > 0)
+        return true;
+    return false;
+  };
+  const double spacing = smallest_spacing();
+  for (int a = 0; a < count; ++a)
+    for (int b = a + 1; b < count; ++b) {
+      if (counts[a] == 0 || counts[b] == 0 || share_a_picture(a, b) || !is_one_lamp(a, b, spacing))
+        continue;
+      replace(b, a);
+      counts[a] += counts[b];
+      counts[b] = 0;
+      joined_lamps_ = true;
+    }
+  for (PlacedPicture& placed : map_.placed) {
+    const std::vector<Blob>& blobs = input_[placed.picture].blobs;
+    for (int lamp = 0; lamp < count; ++lamp) {
+      if (counts[lamp] < 2 || std::count(placed.lamp_of.begin(), placed.lamp_of.end(), lamp) > 0)
+        continue;
+      const auto px = camera_.project(placed.cam_from_map * map_.lamps[lamp].position);
+      if (!px) continue;
+      for (std::size_t b = 0; b < blobs.size(); ++b) {
+        const Blob& blob = blobs[b];
+        if (blob.cut_by_border || blob.merged) continue;
+        const int other = placed.lamp_of[b];
+        if (other >= 0 && counts[other] >= 2) continue;
+        constexpr double max_distance_px = 2;  // error of an adjusted map and a centre's bias
+        const double gate = max_distance_px + 4 * std::sqrt(blob.covariance_px2.trace());
+        if (camera_.difference_px(*px, blob.centroid_px).norm() > gate) continue;
+        placed.lamp_of[b] = lamp;
+        ++changes;
+        break;
+      }
+    }
+  }
+  remove_unused_lamps();
+  return changes;
+}
+
+void GrowingMap::transform(const Similarity& similarity) {
+  const double s = similarity.scale;
+  for (MapLamp& lamp : map_.lamps) {
+    lamp.position = similarity * lamp.position;
+    lamp.covariance =
+        s * s * similarity.rotation * lamp.covariance * similarity.rotation.transpose();
+    lamp.normal = similarity.rotation * lamp.normal;
+    lamp.size *= s;
+  }
+  for (std::optional<Lamp>& shape : shapes_) {
+    if (!shape) continue;
+    shape->centre_m = similarity * shape->centre_m;
+    shape->normal = similarity.rotation * shape->normal;
+    shape->x_axis = similarity.rotation * shape->x_axis;
+    shape->radius_m *= s;
+    shape->size_m *= s;
+  }
+  for (PlacedPicture& placed : map_.placed) {
+    Rigid3& pose = placed.cam_from_map;  // s (pose X) as a function of X' = s R X + t
+    const Matrix3d rotation = pose.rotation * similarity.rotation.transpose();
+    pose.translation = s * pose.translation - rotation * similarity.translation;
+    pose.rotation = rotation;
+  }
+}
+
+}  // namespace occ::internal::survey

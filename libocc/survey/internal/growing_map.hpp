@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: Apache-2.0
+// The map while pictures are joined to it (survey.hpp): placement of pictures, the network of all
+// placed pictures, and the lamps' shapes.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "libocc/core/abi.hpp"
+#include "libocc/core/status.hpp"
+#include "libocc/network/precision.hpp"
+#include "libocc/survey/internal/known_lengths.hpp"
+#include "libocc/survey/internal/lamp_map.hpp"
+#include "libocc/survey/survey.hpp"
+
+namespace occ::internal::survey {
+
+/// Thrown when the callback stops a survey; survey() catches it.
+struct SurveyStopped {};
+
+/// Map of the pictures that match each other.
+class GrowingMap {
+ public:
+  GrowingMap(const std::vector<SurveyPicture>& pictures, const Camera& camera,
+             const SurveyOptions& options, const SurveyCallback& progress);
+
+  /// Starts a new map with the lamps of one picture.
+  void start(int picture);
+  /// Joins pictures until none of the others has a unique match; returns the number of new ones.
+  int join_pictures();
+  /// Adjusts the placed pictures and the lamps that two of them show; then updates poses,
+  /// positions, shapes and covariances of the map. Known lengths are observations if given.
+  Result<Adjustment> adjust_all(const KnownLengths& lengths = {});
+  /// Removes pictures of which an adjustment rejected so many lamps that fewer than three are left,
+  /// or those with the fewest; they do not join again. Returns their number.
+  int drop_undetermined(const Adjustment& failed);
+  /// Estimates the errors beyond the noise from the residuals of an adjustment (variance
+  /// component), for the next one; without enough redundancy they are kept.
+  void estimate_model_sigma(const Adjustment& adjustment);
+  /// Gives unassigned blobs of placed pictures the adjusted lamp at their place, and joins lamps
+  /// that are one. Returns the number of changes.
+  int reassign();
+
+  /// Numbers of views with a shape, for the choice of the first picture.
+  int views(int picture) const { return static_cast<int>(pictures_[picture].views.size()); }
+  int placed() const { return static_cast<int>(map_.placed.size()); }
+  const LampMap& map() const { return map_; }
+  /// Lamps that two pictures show, in the order of the pictures: the points of the network.
+  const std::vector<int>& order() const { return order_; }
+  /// Point of the network for each lamp of the map; -1: fewer than two pictures show it.
+  const std::vector<int>& point_of_lamp() const { return point_of_lamp_; }
+  /// Fitted shape of each lamp; nothing without a rim or before adjust_all().
+  const std::vector<std::optional<Lamp>>& shapes() const { return shapes_; }
+  /// Why a picture is not placed, at its last attempt.
+  const std::string& reason(int picture) const { return reasons_[picture]; }
+  bool is_ambiguous(int picture) const { return ambiguous_[picture]; }
+  /// Applies a similarity of the world.
+  void transform(const Similarity& similarity);
+
+ private:
+  std::vector<MapMatch> without_fast_motions(int picture, std::vector<MapMatch> matches) const;
+  void report(const SurveyProgress& state) const;  // throws SurveyStopped
+  int placed_neighbour(int picture) const;
+  std::vector<MapMatch> match_near(int picture, int neighbour) const;
+  bool join(int picture);
+  void place(int picture, const MapMatch& match);
+  void remove_unused_lamps();  // after adjust_all()
+  double smallest_spacing() const;
+  bool is_one_lamp(int a, int b, double spacing) const;
+  int add_lamp(const LampShapeView& view, const Rigid3& cam_from_map, double size,
+               double size_sigma, const Matrix6* pose_covariance);
+  double median_size() const;
+  std::vector<int> picture_counts() const;
+  std::vector<int> lamps_in_order() const;
+  Network network_of(const KnownLengths& lengths);
+  Eigen::Vector2d centre_correction(int lamp, const Rigid3& pose) const;
+  void update_from(const Adjustment& adjustment);
+  void update_shapes();
+  std::vector<Eigen::Vector3d> normals_of(int lamp) const;
+
+  const std::vector<SurveyPicture>& input_;
+  const Camera& camera_;
+  const SurveyOptions& options_;
+  const SurveyCallback& progress_;
+  double model_sigma_px_;
+  std::vector<PictureViews> pictures_;
+  LampMap map_;
+  std::vector<int> place_of_;  // index into map_.placed of each picture; -1: not placed
+  std::vector<int> order_;
+  std::vector<int> point_of_lamp_;
+  std::optional<Precision> precision_;  // of the last adjustment
+  bool joined_lamps_ = false;           // since the last adjustment
+  std::vector<std::optional<Lamp>> shapes_;
+  std::vector<std::string> reasons_;
+  std::vector<bool> ambiguous_;
+  std::vector<bool> dropped_;  // by drop_undetermined()
+};
+
+}  // namespace occ::internal::survey

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+// Observations that give a network its scale: distances of lamps, and AprilTags of known size.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "libocc/core/abi.hpp"
+#include "libocc/network/network.hpp"
+#include "libocc/survey/internal/lamp_map.hpp"
+#include "libocc/survey/survey.hpp"
+
+namespace occ::internal::survey {
+
+/// Additions to the network of a growing map.
+struct KnownLengths {
+  std::vector<DistanceObservation> distances;      ///< targets are points of the network
+  std::vector<NetworkBody> bodies;                 ///< tags
+  std::vector<ImageObservation> tag_observations;  ///< corners of `bodies`; images: placed pictures
+};
+
+/// Tags of known size in the placed pictures, intersected with the pictures' poses.
+class PlacedTags {
+ public:
+  /// Tags that two placed pictures show; a note for each of the others.
+  PlacedTags(const std::vector<SurveyPicture>& pictures, const LampMap& map, const Camera& camera,
+             std::vector<std::string>& notes);
+
+  bool empty() const { return tags_.empty(); }
+  /// Size over that in the map, the median over the tags; nothing if no tag could be intersected.
+  std::optional<double> scale(double size_m) const;
+  /// Adds the tags as bodies of this size; the map must have its scale.
+  void add_to(KnownLengths& lengths, double size_m) const;
+
+ private:
+  struct Tag4 {
+    int id = 0;
+    Eigen::Matrix<double, 3, 4> corners;  // in the map
+    std::vector<ImageObservation> observations;
+  };
+  std::vector<Tag4> tags_;
+};
+
+}  // namespace occ::internal::survey

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+// Size and orientation of a lamp from its rims in pictures of known pose. Minimises the distances
+// of rim points (formation/rim.hpp) over the lamp's rotation about its centre and the logarithm of
+// its size; the centre is known. The error that the points of a rim share (growth) is a part of the
+// variance of each point, multiplied by their number, so that it does not average out.
+#pragma once
+
+#include <vector>
+
+#include "libocc/camera/camera.hpp"
+#include "libocc/core/abi.hpp"
+#include "libocc/core/blob.hpp"
+#include "libocc/geometry/rigid.hpp"
+#include "libocc/scene/lamp.hpp"
+
+namespace occ::internal::survey {
+
+/// Rim of the lamp in one picture.
+struct RimInPicture {
+  const Blob* blob = nullptr;
+  Rigid3 cam_from_world;
+};
+
+/// Fits radius_m or size_m, normal and x_axis from the values of `lamp`; sets size_sigma and
+/// tilt_sigma_rad. False, with the lamp unchanged, if the rims do not determine them.
+bool fit_shape(Lamp& lamp, const std::vector<RimInPicture>& rims, const Camera& camera);
+
+}  // namespace occ::internal::survey

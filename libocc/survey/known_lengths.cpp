@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "libocc/survey/internal/known_lengths.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "libocc/core/math.hpp"
+#include "libocc/core/statistics.hpp"
+#include "libocc/geometry/so3.hpp"
+#include "libocc/network/measure_points.hpp"
+
+namespace occ::internal::survey {
+namespace {
+
+using Eigen::Vector3d;
+using Corners = Eigen::Matrix<double, 3, 4>;
+
+constexpr double min_corner_sigma_px = 0.03;  // errors of print and flatness, beyond the noise
+
+/// Corners of a tag of side 1 in its frame, in the order of AprilTag::corners_px.
+Corners unit_corners() {
+  Corners corners;
+  corners << -0.5, 0.5, 0.5, -0.5,  //
+      -0.5, -0.5, 0.5, 0.5,         //
+      0, 0, 0, 0;
+  return corners;
+}
+
+Rigid3 pose_of(const Corners& corners) {
+  const Vector3d middle = corners.rowwise().mean();
+  const Corners centred = corners.colwise() - middle;
+  const Eigen::Matrix3d product = centred * unit_corners().transpose();
+  return {nearest_rotation(product), middle};
+}
+
+}  // namespace
+
+PlacedTags::PlacedTags(const std::vector<SurveyPicture>& pictures, const LampMap& map,
+                       const Camera& camera, std::vector<std::string>& notes) {
+  Network network;
+  network.cameras.push_back({"camera", camera, {}});
+  std::map<int, std::vector<ImageObservation>> seen;
+  std::map<int, int> images;
+  for (const PlacedPicture& placed : map.placed) {
+    const SurveyPicture& picture = pictures[placed.picture];
+    const int image = network.add_image(picture.name, 0, placed.cam_from_map);
+    for (const AprilTag& tag : picture.tags) {
+      const auto is_same = [&](const AprilTag& other) { return other.id == tag.id; };
+      if (std::count_if(picture.tags.begin(), picture.tags.end(), is_same) > 1) {
+        notes.push_back("tag " + std::to_string(tag.id) + " in " + picture.name +
+                        " left out: its id occurs more than once");
+        continue;
+      }
+      ++images[tag.id];
+      for (int corner = 0; corner < 4; ++corner) {
+        ImageObservation observation;
+        observation.image = image;
+        observation.target = Target::of_corner(0, corner);
+        observation.pixel = tag.corners_px[corner];
+        observation.sigma_px =
+            (tag.covariance_px2[corner].diagonal().array().max(0.0) + square(min_corner_sigma_px))
+                .sqrt();
+        seen[tag.id].push_back(observation);
+      }
+    }
+  }
+  for (auto& [id, observations] : seen) {
+    std::vector<std::vector<PointObservation>> points(4);
+    for (const ImageObservation& o : observations)
+      points[o.target.corner].push_back({o.image, o.pixel, o.sigma_px});
+    const Measurement measured = measure_points(network, points);
+    Tag4 tag;
+    tag.id = id;
+    bool is_measured = images[id] >= 2;
+    for (Eigen::Index k = 0; k < 4 && is_measured; ++k) {
+      const MeasuredPoint& point = measured.points[static_cast<std::size_t>(k)];
+      is_measured = point.status == Status::ok;
+      tag.corners.col(k) = point.position_m;
+    }
+    if (!is_measured) {
+      notes.push_back("tag " + std::to_string(id) + " left out: " +
+                      (images[id] < 2 ? "only one picture shows it" : "its rays are parallel"));
+      continue;
+    }
+    tag.observations = std::move(observations);
+    tags_.push_back(std::move(tag));
+  }
+}
+
+std::optional<double> PlacedTags::scale(double size_m) const {
+  if (tags_.empty()) return std::nullopt;
+  std::vector<double> ratios;
+  for (const Tag4& tag : tags_) {
+    double perimeter = 0;
+    for (Eigen::Index k = 0; k < 4; ++k)
+      perimeter += (tag.corners.col(k) - tag.corners.col((k + 1) % 4)).norm();
+    ratios.push_back(4 * size_m / perimeter);
+  }
+  return median(std::move(ratios));
+}
+
+void PlacedTags::add_to(KnownLengths& lengths, double size_m) const {
+  for (const Tag4& tag : tags_) {
+    NetworkBody body;
+    body.name = "tag " + std::to_string(tag.id);
+    body.corners_m = size_m * unit_corners();
+    body.world_from_body = pose_of(tag.corners);
+    const int index = static_cast<int>(lengths.bodies.size());
+    lengths.bodies.push_back(body);
+    for (ImageObservation observation : tag.observations) {
+      observation.target.body = index;
+      lengths.tag_observations.push_back(observation);
+    }
+  }
+}
+
+}  // namespace occ::internal::survey

@@ -1,0 +1,229 @@
+// SPDX-License-Identifier: Apache-2.0
+// The network of a growing map, and the lamps' shapes.
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+#include "libocc/core/math.hpp"
+#include "libocc/core/statistics.hpp"
+#include "libocc/formation/rim.hpp"
+#include "libocc/survey/internal/growing_map.hpp"
+#include "libocc/survey/internal/shape_fit.hpp"
+
+namespace occ::internal::survey {
+
+using Eigen::Matrix3d;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+std::vector<int> GrowingMap::picture_counts() const {
+  std::vector<int> counts(map_.lamps.size(), 0);
+  for (const PlacedPicture& placed : map_.placed)
+    for (const int lamp : placed.lamp_of)
+      if (lamp >= 0) ++counts[lamp];
+  return counts;
+}
+
+std::vector<int> GrowingMap::lamps_in_order() const {
+  std::vector<const PlacedPicture*> placed;
+  for (const PlacedPicture& picture : map_.placed) placed.push_back(&picture);
+  std::stable_sort(placed.begin(), placed.end(),
+                   [](const auto* a, const auto* b) { return a->picture < b->picture; });
+  const std::vector<int> counts = picture_counts();
+  std::vector<int> order;
+  std::vector<bool> listed(map_.lamps.size(), false);
+  for (const PlacedPicture* picture : placed)
+    for (const int lamp : picture->lamp_of)
+      if (lamp >= 0 && counts[lamp] >= 2 && !listed[lamp]) {
+        listed[lamp] = true;
+        order.push_back(lamp);
+      }
+  return order;
+}
+
+Vector2d GrowingMap::centre_correction(int lamp, const Rigid3& pose) const {
+  if (lamp >= static_cast<int>(shapes_.size()) || !shapes_[lamp]) return Vector2d::Zero();
+  const auto centre = camera_.project(pose * shapes_[lamp]->centre_m);
+  const auto image_centre = project_lamp_centre(*shapes_[lamp], pose, camera_);
+  if (!centre || !image_centre) return Vector2d::Zero();
+  return camera_.difference_px(*centre, *image_centre);
+}
+
+Network GrowingMap::network_of(const KnownLengths& lengths) {
+  Network network;
+  network.cameras.push_back({"camera", camera_, {}});
+  order_ = lamps_in_order();
+  point_of_lamp_.assign(map_.lamps.size(), -1);
+  for (std::size_t id = 0; id < order_.size(); ++id) {
+    point_of_lamp_[order_[id]] = static_cast<int>(id);
+    network.points.push_back(
+        {"lamp " + std::to_string(id), map_.lamps[order_[id]].position, false});
+  }
+  for (const PlacedPicture& placed : map_.placed) {
+    const SurveyPicture& picture = input_[placed.picture];
+    const int image = network.add_image(picture.name, 0, placed.cam_from_map);
+    for (std::size_t b = 0; b < placed.lamp_of.size(); ++b) {
+      const int lamp = placed.lamp_of[b];
+      if (lamp < 0 || point_of_lamp_[lamp] < 0) continue;
+      const Blob& blob = picture.blobs[b];
+      ImageObservation observation;
+      observation.image = image;
+      observation.target = Target::of_point(point_of_lamp_[lamp]);
+      observation.pixel = blob.centroid_px + centre_correction(lamp, placed.cam_from_map);
+      observation.sigma_px =
+          (blob.covariance_px2.diagonal().array().max(0.0) + square(model_sigma_px_)).sqrt();
+      network.observations.push_back(observation);
+    }
+  }
+  network.distances = lengths.distances;
+  network.bodies = lengths.bodies;
+  network.observations.insert(network.observations.end(), lengths.tag_observations.begin(),
+                              lengths.tag_observations.end());
+  return network;
+}
+
+std::vector<Vector3d> GrowingMap::normals_of(int lamp) const {
+  std::vector<Vector3d> normals;
+  for (const PlacedPicture& placed : map_.placed)
+    for (const LampShapeView& view : pictures_[placed.picture].views)
+      if (placed.lamp_of[view.blob] == lamp)
+        for (const Vector3d& normal : view.normals)
+          normals.push_back(placed.cam_from_map.rotation.transpose() * normal);
+  return normals;
+}
+
+void GrowingMap::update_shapes() {
+  shapes_.assign(map_.lamps.size(), std::nullopt);
+  for (int lamp = 0; lamp < static_cast<int>(map_.lamps.size()); ++lamp) {
+    MapLamp& known = map_.lamps[lamp];
+    if (point_of_lamp_[lamp] < 0) continue;
+    const std::vector<Vector3d> normals = normals_of(lamp);
+    if (normals.empty()) continue;
+    Lamp shape;
+    shape.shape = known.shape;
+    shape.centre_m = known.position;
+    shape.normal = consensus_direction(normals);
+    std::vector<RimInPicture> rims;
+    std::vector<double> sizes;
+    Vector2d sides = Vector2d::Ones();
+    for (const PlacedPicture& placed : map_.placed)
+      for (const LampShapeView& view : pictures_[placed.picture].views) {
+        if (placed.lamp_of[view.blob] != lamp) continue;
+        sizes.push_back((placed.cam_from_map * known.position).norm() / view.range);
+        rims.push_back({&input_[placed.picture].blobs[view.blob], placed.cam_from_map});
+        shape.x_axis = placed.cam_from_map.rotation.transpose() * view.x_axis;
+        sides = view.sides;
+      }
+    // A saturated rim has grown by an unknown amount: used only if there is no other.
+    const auto is_saturated = [](const RimInPicture& rim) { return rim.blob->saturated; };
+    if (!std::all_of(rims.begin(), rims.end(), is_saturated))
+      rims.erase(std::remove_if(rims.begin(), rims.end(), is_saturated), rims.end());
+    known.normal = shape.normal;
+    known.size = median(sizes);
+    shape.radius_m = known.shape == LampShape::disc ? known.size : 0;
+    shape.size_m = known.shape == LampShape::disc ? Vector2d::Zero() : Vector2d(sides * known.size);
+    shape.x_axis =
+        known.shape == LampShape::disc
+            ? Vector3d(shape.normal.unitOrthogonal())
+            : Vector3d((shape.x_axis - shape.normal * shape.normal.dot(shape.x_axis)).normalized());
+    if (!fit_shape(shape, rims, camera_)) continue;
+    known.normal = shape.normal;
+    known.size =
+        shape.shape == LampShape::disc ? shape.radius_m : std::sqrt(shape.size_m.prod() / pi);
+    known.size_sigma = std::min(options_.size_spread, shape.size_sigma);
+    shapes_[lamp] = shape;
+  }
+}
+
+void GrowingMap::update_from(const Adjustment& adjustment) {
+  const Network& network = adjustment.network;
+  for (std::size_t i = 0; i < map_.placed.size(); ++i)
+    map_.placed[i].cam_from_map = network.cam_from_world(static_cast<int>(i));
+  const Result<Precision> known = precision(network, {}, options_.threads);
+  precision_.reset();
+  const double factor = square(std::max(1.0, adjustment.sigma0));
+  if (known.ok()) precision_ = known->scaled(factor);
+  for (std::size_t lamp = 0; lamp < map_.lamps.size(); ++lamp) {
+    if (point_of_lamp_[lamp] < 0) continue;
+    map_.lamps[lamp].position = network.points[point_of_lamp_[lamp]].position_m;
+    if (!precision_) continue;
+    const Matrix3d covariance = precision_->point(point_of_lamp_[lamp]);
+    if (covariance.allFinite()) map_.lamps[lamp].covariance = covariance;
+  }
+  update_shapes();
+  const double size = median_size();
+  for (const PlacedPicture& placed : map_.placed)  // lamps of one picture move with it
+    for (const LampShapeView& view : pictures_[placed.picture].views) {
+      const int lamp = placed.lamp_of[view.blob];
+      if (lamp < 0 || point_of_lamp_[lamp] >= 0) continue;
+      const Matrix3d to_map = placed.cam_from_map.rotation.transpose();
+      map_.lamps[lamp].size = size;
+      map_.lamps[lamp].position = placed.cam_from_map.inverse() * view_position(view, size);
+      map_.lamps[lamp].covariance =
+          to_map * view_covariance(view, size, options_.size_spread) * to_map.transpose();
+    }
+}
+
+int GrowingMap::drop_undetermined(const Adjustment& failed) {
+  const Network& network = failed.network;
+  std::vector<int> used(map_.placed.size(), 0), rays(network.points.size(), 0);
+  for (const ImageObservation& observation : network.observations)
+    if (observation.used && observation.target.point >= 0) ++rays[observation.target.point];
+  for (const ImageObservation& observation : network.observations)
+    if (observation.used && observation.target.point >= 0 && rays[observation.target.point] >= 2)
+      ++used[observation.image];
+  // Without such a picture, those with the fewest lamps are the least determined.
+  const int min_used = std::max(3, 1 + *std::min_element(used.begin(), used.end()));
+  if (map_.placed.size() < 4) return 0;  // the rest would be no map
+  std::vector<PlacedPicture> kept;
+  for (std::size_t i = 0; i < map_.placed.size(); ++i) {
+    const int picture = map_.placed[i].picture;
+    if (used[i] >= min_used) {
+      place_of_[picture] = static_cast<int>(kept.size());
+      kept.push_back(std::move(map_.placed[i]));
+      continue;
+    }
+    place_of_[picture] = -1;
+    dropped_[picture] = true;
+    reasons_[picture] = "its lamps contradict the other pictures";
+  }
+  const int count = static_cast<int>(map_.placed.size() - kept.size());
+  map_.placed = std::move(kept);
+  return count;
+}
+
+void GrowingMap::estimate_model_sigma(const Adjustment& adjustment) {
+  constexpr int min_redundancy = 20;  // sigma0 is then known to 16 %
+  constexpr double min_sigma_px = 0.002;
+  if (adjustment.redundancy < min_redundancy) return;
+  std::vector<double> noise;
+  for (const PlacedPicture& placed : map_.placed)
+    for (std::size_t b = 0; b < placed.lamp_of.size(); ++b)
+      if (placed.lamp_of[b] >= 0)
+        noise.push_back(0.5 * input_[placed.picture].blobs[b].covariance_px2.trace());
+  const double variance = median(std::move(noise));
+  const double observed = square(adjustment.sigma0) * (variance + square(model_sigma_px_));
+  model_sigma_px_ = std::sqrt(std::max(square(min_sigma_px), observed - variance));
+}
+
+Result<Adjustment> GrowingMap::adjust_all(const KnownLengths& lengths) {
+  AdjustOptions options;
+  options.threads = options_.threads;
+  const auto callback = [&](const AdjustProgress& state) {
+    report({"adjusting", state.iteration, 0});
+    return true;
+  };
+  if (joined_lamps_) {
+    // The drift between both positions of a joined lamp is no gross error: it is distributed first.
+    joined_lamps_ = false;
+    AdjustOptions plain = options;
+    plain.robust = plain.snooping = false;
+    const Result<Adjustment> spread = adjust(network_of(lengths), plain, callback);
+    if (spread.ok()) update_from(*spread);
+  }
+  Result<Adjustment> adjusted = adjust(network_of(lengths), options, callback);
+  if (adjusted.ok()) update_from(*adjusted);
+  return adjusted;
+}
+
+}  // namespace occ::internal::survey

@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "libocc/survey/internal/shape_fit.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "libocc/core/internal/dense.hpp"
+#include "libocc/core/math.hpp"
+#include "libocc/formation/rim.hpp"
+#include "libocc/geometry/so3.hpp"
+
+namespace occ::internal::survey {
+namespace {
+
+using Eigen::MatrixXd;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+
+constexpr double min_growth_px = 0.02;  // error of a rim that its noise does not contain
+constexpr double huber_sigma = 3;       // residuals beyond it have a lower weight
+
+/// Unknowns: two tilts of a disc, or three rotations; then one or two logarithms of sizes.
+struct ShapeUnknowns {
+  Eigen::Matrix3Xd axes;  // rotations in the world
+  int sizes = 1;
+  Eigen::Index count() const { return axes.cols() + sizes; }
+};
+
+ShapeUnknowns unknowns_of(const Lamp& lamp) {
+  ShapeUnknowns unknowns;
+  if (lamp.shape == LampShape::disc) {
+    unknowns.axes.resize(3, 2);
+    unknowns.axes.col(0) = lamp.normal.unitOrthogonal();
+    unknowns.axes.col(1) = lamp.normal.cross(unknowns.axes.col(0));
+    return unknowns;
+  }
+  unknowns.axes = Eigen::Matrix3d::Identity();
+  unknowns.sizes = 2;
+  return unknowns;
+}
+
+Lamp resized(Lamp lamp, int size, double factor) {
+  if (lamp.shape == LampShape::disc) {
+    lamp.radius_m *= factor;
+  } else {
+    lamp.size_m[size] *= factor;
+  }
+  return lamp;
+}
+
+struct ShapeSums {
+  MatrixXd information;
+  VectorXd gradient;
+  double chi2 = 0;
+  int points = 0;
+};
+
+ShapeSums sums_of(const Lamp& lamp, const ShapeUnknowns& unknowns,
+                  const std::vector<RimInPicture>& rims, const Camera& camera) {
+  constexpr double step = 1e-5;  // of a logarithm of size, for the numerical derivative
+  ShapeSums sums{MatrixXd::Zero(unknowns.count(), unknowns.count()),
+                 VectorXd::Zero(unknowns.count())};
+  for (const RimInPicture& rim : rims) {
+    const LampInCam in_cam = lamp_in_cam(lamp, rim.cam_from_world);
+    std::vector<LampInCam> larger;
+    for (int s = 0; s < unknowns.sizes; ++s)
+      larger.push_back(lamp_in_cam(resized(lamp, s, 1 + step), rim.cam_from_world));
+    const double count = static_cast<double>(rim.blob->rim.size());
+    const double growth = square(min_growth_px) + rim.blob->rim_covariance_px2(0, 0);
+    for (const RimPoint& point : rim.blob->rim) {
+      const auto ray = rim_ray(point, camera);
+      if (!ray) continue;
+      Eigen::Matrix<double, 1, 6> jacobian;
+      const auto residual = rim_distance_px(in_cam, *ray, &jacobian);
+      if (!residual) continue;
+      VectorXd row(unknowns.count());
+      row.head(unknowns.axes.cols()) =
+          (jacobian.head<3>() * rim.cam_from_world.rotation * unknowns.axes).transpose();
+      bool defined = true;
+      for (int s = 0; s < unknowns.sizes; ++s) {
+        const auto moved = rim_distance_px(larger[s], *ray);
+        defined = defined && moved;
+        if (moved) row[unknowns.axes.cols() + s] = (*moved - *residual) / step;
+      }
+      if (!defined) continue;
+      const double sigma = std::sqrt(square(point.sigma_px) + count * growth);
+      const double excess = std::abs(*residual) / (huber_sigma * point.sigma_px + min_growth_px);
+      const double weight = 1 / (square(sigma) * std::max(1.0, excess));
+      sums.information += weight * row * row.transpose();
+      sums.gradient += weight * *residual * row;
+      sums.chi2 += weight * square(*residual);
+      ++sums.points;
+    }
+  }
+  return sums;
+}
+
+}  // namespace
+
+bool fit_shape(Lamp& lamp, const std::vector<RimInPicture>& rims, const Camera& camera) {
+  constexpr int steps = 8;  // Gauss-Newton converges in four from the starts of lamp_view.hpp
+  Lamp fitted = lamp;
+  MatrixXd covariance;
+  ShapeUnknowns unknowns = unknowns_of(fitted);
+  for (int step = 0; step < steps; ++step) {
+    unknowns = unknowns_of(fitted);
+    const ShapeSums sums = sums_of(fitted, unknowns, rims, camera);
+    if (sums.points < 4 * unknowns.count()) return false;
+    const core::Cholesky<MatrixXd> factors(sums.information);
+    constexpr double singular = 1e-12;
+    if (!factors.exists() || !(factors.rcond() > singular)) return false;
+    VectorXd delta = factors.solve(VectorXd(-sums.gradient));
+    if (!delta.allFinite()) return false;
+    constexpr double max_step = 0.2;  // [rad] and of the logarithm of a size
+    delta *= std::min(1.0, max_step / std::max(max_step, delta.cwiseAbs().maxCoeff()));
+    const Eigen::Matrix3d turn = so3_exp(unknowns.axes * delta.head(unknowns.axes.cols()));
+    fitted.normal = (turn * fitted.normal).normalized();
+    fitted.x_axis = turn * fitted.x_axis;
+    fitted.x_axis = (fitted.x_axis - fitted.normal * fitted.normal.dot(fitted.x_axis)).normalized();
+    for (int s = 0; s < unknowns.sizes; ++s)
+      fitted = resized(fitted, s, std::exp(delta[unknowns.axes.cols() + s]));
+    covariance = core::inverse<MatrixXd>(sums.information);
+  }
+  if (!covariance.allFinite()) return false;
+  const Eigen::Index turns = unknowns.axes.cols();
+  fitted.size_sigma = std::sqrt(covariance.diagonal().tail(unknowns.sizes).maxCoeff());
+  fitted.tilt_sigma_rad = std::sqrt(covariance.diagonal().head(turns).maxCoeff());
+  lamp = fitted;
+  return true;
+}
+
+}  // namespace occ::internal::survey

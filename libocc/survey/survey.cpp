@@ -1,0 +1,487 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "libocc/survey/survey.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <optional>
+#include <sstream>
+#include <utility>
+
+#include "libocc/core/math.hpp"
+#include "libocc/core/require.hpp"
+#include "libocc/core/statistics.hpp"
+#include "libocc/geometry/so3.hpp"
+#include "libocc/survey/internal/growing_map.hpp"
+#include "libocc/survey/internal/row_times.hpp"
+
+namespace occ {
+namespace {
+
+using Eigen::Vector3d;
+using internal::survey::GrowingMap;
+using internal::survey::KnownLengths;
+using internal::survey::LampMap;
+using internal::survey::MapLamp;
+using internal::survey::PlacedPicture;
+
+constexpr int max_starts = 6;       // first pictures that are tried; the largest map is kept
+constexpr int max_lone_starts = 3;  // if no picture joins them: in a grid, none ever does
+constexpr int max_rounds = 6;       // of adjustment and further matches; two suffice for most rooms
+
+/// World frame of the result: see survey.hpp.
+Similarity world_frame(const GrowingMap& growing, const std::vector<int>& order) {
+  const LampMap& map = growing.map();
+  Vector3d down = Vector3d::Zero();
+  for (const int lamp : order) down += map.lamps[lamp].normal;
+  const Vector3d& first = map.lamps[order[0]].position;
+  Vector3d farthest = first;
+  for (const int lamp : order)
+    if ((map.lamps[lamp].position - first).norm() > (farthest - first).norm())
+      farthest = map.lamps[lamp].position;
+  const Vector3d z = -down.normalized();
+  Vector3d x = farthest - first;
+  x -= z * z.dot(x);
+  x = x.norm() > 0 ? Vector3d(x.normalized()) : Vector3d(z.unitOrthogonal());
+  Similarity frame;
+  frame.rotation << x.transpose(), z.cross(x).transpose(), z.transpose();
+  frame.scale = 1 / (farthest - first).norm();
+  return frame;
+}
+
+/// Ends the choice of the frame: mean x and y of the lamps, and lowest camera, at zero.
+Vector3d origin_of(const GrowingMap& growing, const std::vector<int>& order) {
+  Vector3d mean = Vector3d::Zero();
+  for (const int lamp : order)
+    mean += growing.map().lamps[lamp].position / static_cast<double>(order.size());
+  double lowest = infinity;
+  for (const PlacedPicture& placed : growing.map().placed)
+    lowest = std::min(lowest, placed.cam_from_map.origin_in_source().z());
+  return {mean.x(), mean.y(), lowest};
+}
+
+std::string percent(double relative) {
+  std::ostringstream text;
+  text.precision(2);
+  text << 100 * relative << " %";
+  return text.str();
+}
+
+/// A survey from the first match to the result.
+class SurveyRun {
+ public:
+  SurveyRun(const std::vector<SurveyPicture>& pictures, const Camera& camera,
+            const SurveyOptions& options, const SurveyCallback& progress)
+      : pictures_(pictures),
+        camera_(camera),
+        options_(options),
+        growing_(pictures, camera, options, progress) {}
+
+  Result<Survey> run() {
+    if (!choose_start()) return unmatched();
+    Result<Adjustment> adjusted;
+    for (int round = 0; round < max_rounds; ++round) {
+      adjusted = adjust_without_lengths();
+      if (!adjusted.ok()) break;
+      const int changes = growing_.reassign();
+      if (growing_.join_pictures() + changes == 0) break;
+    }
+    if (adjusted.ok()) adjusted = final_adjustment();
+    return result_of(adjusted);
+  }
+
+ private:
+  /// Grows maps from the pictures with most lamps; false if none has a second picture.
+  bool choose_start() {
+    std::vector<int> order(pictures_.size());
+    std::iota(order.begin(), order.end(), 0);
+    std::stable_sort(order.begin(), order.end(),
+                     [&](int a, int b) { return growing_.views(a) > growing_.views(b); });
+    constexpr int min_views = 4;
+    while (!order.empty() && growing_.views(order.back()) < min_views) order.pop_back();
+    candidates_ = static_cast<int>(order.size());
+    int best = 0, best_placed = 0, tries = 0;
+    for (const int picture : order) {
+      if (tries == max_starts || (tries == max_lone_starts && best_placed < 2)) break;
+      ++tries;
+      growing_.start(picture);
+      growing_.join_pictures();
+      if (growing_.placed() > best_placed) {
+        best = picture;
+        best_placed = growing_.placed();
+      }
+      if (best_placed == candidates_) return best_placed >= 2;
+    }
+    if (candidates_ == 0) return false;
+    growing_.start(best);
+    growing_.join_pictures();
+    return best_placed >= 2;
+  }
+
+  Result<Survey> unmatched() const {
+    Result<Survey> result;
+    note_pictures(result.value);
+    int ambiguous = 0;
+    for (int i = 0; i < static_cast<int>(pictures_.size()); ++i)
+      ambiguous += growing_.is_ambiguous(i);
+    if (candidates_ < 2) {
+      result.status = Status::too_few_lamps;
+      result.message = std::to_string(candidates_) + " of " + std::to_string(pictures_.size()) +
+                       " pictures show four whole lamps with measured rims; the minimum is two";
+    } else if (ambiguous > 0) {
+      result.status = Status::ambiguous;
+      result.message =
+          "the lamps are arranged regularly, so that pictures match each other in several ways; "
+          "take a video, in which neighbours decide, or pictures that show more of the room";
+    } else {
+      result.status = Status::no_pose;
+      result.message = "no two pictures match; take pictures that overlap by four lamps or more";
+    }
+    return result;
+  }
+
+  /// Adjusts without the pictures whose lamps are all rejected.
+  Result<Adjustment> adjust_without_lengths() {
+    Result<Adjustment> adjusted = growing_.adjust_all();
+    while (!adjusted.ok() && growing_.drop_undetermined(*adjusted) > 0)
+      adjusted = growing_.adjust_all();
+    return adjusted;
+  }
+
+  Result<Adjustment> final_adjustment() {
+    // The first adjustment has centres corrected by the shapes so far, the second by its own.
+    const Result<Adjustment> first = adjust_without_lengths();
+    if (!first.ok()) return first;
+    growing_.estimate_model_sigma(*first);
+    order_ = growing_.order();
+    growing_.transform(world_frame(growing_, order_));
+    apply_scale();
+    Similarity shift;
+    shift.translation = -origin_of(growing_, order_);
+    growing_.transform(shift);
+    Result<Adjustment> adjusted = growing_.adjust_all(known_lengths());
+    if (scale_source_ == SurveyScale::free) {  // the adjustment has changed it slightly
+      Similarity similarity;
+      similarity.scale = world_frame(growing_, order_).scale;
+      growing_.transform(similarity);
+      adjusted.value.network = transformed(adjusted.value.network, similarity);
+    }
+    warnings_.insert(warnings_.end(), notes_of_tags_.begin(), notes_of_tags_.end());
+    return adjusted;
+  }
+
+  double distance(const LampDistance& measured) const {
+    return (growing_.map().lamps[order_[measured.to]].position -
+            growing_.map().lamps[order_[measured.from]].position)
+        .norm();
+  }
+
+  void apply_scale() {
+    Similarity similarity;
+    const int count = static_cast<int>(order_.size());
+    if (!options_.distances.empty()) {
+      std::vector<double> ratios;
+      for (std::size_t i = 0; i < options_.distances.size(); ++i) {
+        const LampDistance& measured = options_.distances[i];
+        const std::string name = "distances[" + std::to_string(i) + "]";
+        const std::string rule = "the id of a lamp of the map, 0 to " + std::to_string(count - 1);
+        require(measured.from < count, name + ".from", measured.from, rule);
+        require(measured.to < count, name + ".to", measured.to, rule);
+        ratios.push_back(measured.length_m / distance(measured));
+      }
+      similarity.scale = median(ratios);
+      scale_source_ = SurveyScale::distances;
+    } else if (options_.tag_size_m) {
+      const auto scale = placed_tags().scale(*options_.tag_size_m);
+      if (!scale) {
+        warnings_.push_back("tag_size_m: no tag is measured by two pictures; the scale is free");
+        return;
+      }
+      similarity.scale = *scale;
+      scale_source_ = SurveyScale::tags;
+    } else if (options_.radius_m) {
+      std::vector<double> sizes, sigmas;
+      for (const int lamp : order_)
+        if (const auto& shape = growing_.shapes()[lamp])
+          if (shape->shape == LampShape::disc) {
+            sizes.push_back(shape->radius_m);
+            sigmas.push_back(shape->size_sigma);
+          }
+      if (sizes.empty()) {
+        warnings_.push_back("radius_m: no lamp of the map is a disc; the scale is free");
+        return;
+      }
+      similarity.scale = *options_.radius_m / median(sizes);
+      // Errors of the rims are common to the lamps of one kind, and do not average out.
+      scale_sigma_ = std::hypot(options_.radius_sigma, median(sigmas));
+      scale_source_ = SurveyScale::radius;
+      const auto [low, high] = std::minmax_element(sizes.begin(), sizes.end());
+      constexpr double max_spread = 0.05;  // larger than errors of rims: two kinds of lamps
+      if (*high / *low - 1 > max_spread)
+        warnings_.push_back("the lamps' radii differ by " + percent(*high / *low - 1) +
+                            "; the scale assumes that their median is the given radius");
+    } else if (const auto scale = scale_by_odometry()) {
+      similarity.scale = scale->first;
+      scale_sigma_ = scale->second;
+      scale_source_ = SurveyScale::odometry;
+    }
+    growing_.transform(similarity);
+  }
+
+  internal::survey::PlacedTags placed_tags() {
+    notes_of_tags_.clear();
+    return {pictures_, growing_.map(), camera_, notes_of_tags_};
+  }
+
+  /// Scale and its relative standard deviation, by least squares over the distances between
+  /// consecutive pictures with odometry; nothing without two of them.
+  std::optional<std::pair<double, double>> scale_by_odometry() const {
+    std::vector<const PlacedPicture*> placed;
+    for (const PlacedPicture& picture : growing_.map().placed)
+      if (pictures_[picture.picture].odometry_m) placed.push_back(&picture);
+    std::stable_sort(placed.begin(), placed.end(),
+                     [](const auto* a, const auto* b) { return a->picture < b->picture; });
+    std::vector<double> driven, mapped;
+    double product = 0, squares = 0;
+    for (std::size_t i = 1; i < placed.size(); ++i) {
+      driven.push_back((*pictures_[placed[i]->picture].odometry_m -
+                        *pictures_[placed[i - 1]->picture].odometry_m)
+                           .norm());
+      mapped.push_back((placed[i]->cam_from_map.origin_in_source() -
+                        placed[i - 1]->cam_from_map.origin_in_source())
+                           .norm());
+      product += driven.back() * mapped.back();
+      squares += square(mapped.back());
+    }
+    if (!(product > 0) || !(squares > 0)) return std::nullopt;
+    const double scale = product / squares;
+    double residuals = 0;
+    for (std::size_t i = 0; i < driven.size(); ++i)
+      residuals += square(driven[i] - scale * mapped[i]);
+    const double dof = std::max(1.0, static_cast<double>(driven.size()) - 1);
+    return std::pair(
+        scale, std::hypot(options_.odometry_sigma, std::sqrt(residuals / dof / squares) / scale));
+  }
+
+  KnownLengths known_lengths() {
+    KnownLengths all;
+    for (const LampDistance& measured : options_.distances) {
+      DistanceObservation observation;
+      observation.from = Target::of_point(growing_.point_of_lamp()[order_[measured.from]]);
+      observation.to = Target::of_point(growing_.point_of_lamp()[order_[measured.to]]);
+      observation.length_m = measured.length_m;
+      observation.sigma_m = measured.sigma_m;
+      all.distances.push_back(observation);
+    }
+    if (scale_source_ == SurveyScale::tags) placed_tags().add_to(all, *options_.tag_size_m);
+    return all;
+  }
+
+  void note_pictures(Survey& survey) const {
+    survey.image_of_picture.assign(pictures_.size(), -1);
+    for (const SurveyPicture& picture : pictures_)
+      survey.lamp_of_blob.emplace_back(picture.blobs.size(), -1);
+    for (int i = 0; i < static_cast<int>(pictures_.size()); ++i)
+      if (!growing_.reason(i).empty())
+        survey.omissions.push_back({pictures_[i].name, -1, growing_.reason(i)});
+  }
+
+  Result<Survey> result_of(const Result<Adjustment>& adjusted);
+  void set_light(SurveyedLamp& surveyed, int lamp) const;
+  static void normalise_power(std::vector<SurveyedLamp>& lamps);
+  void note_blobs(Survey& survey) const;
+  void note_rejections(Survey& survey) const;
+
+  const std::vector<SurveyPicture>& pictures_;
+  const Camera& camera_;
+  const SurveyOptions& options_;
+  GrowingMap growing_;
+  std::vector<int> order_;
+  std::vector<std::string> warnings_, notes_of_tags_;
+  SurveyScale scale_source_ = SurveyScale::free;
+  double scale_sigma_ = 0;
+  int candidates_ = 0;
+};
+
+Result<Survey> SurveyRun::result_of(const Result<Adjustment>& adjusted) {
+  Result<Survey> result;
+  result.status = adjusted.status;
+  result.message = adjusted.message;
+  if (!adjusted.ok())
+    result.message = std::to_string(growing_.placed()) + " of " + std::to_string(pictures_.size()) +
+                     " pictures match, and do not determine a map: " + adjusted.message +
+                     "; take more pictures that overlap";
+  Survey& survey = result.value;
+  survey.adjustment = adjusted.value;
+  survey.scale = scale_source_;
+  survey.scale_sigma = scale_sigma_;
+  survey.warnings = warnings_;
+  note_pictures(survey);
+  if (!adjusted.ok()) return result;
+  for (std::size_t image = 0; image < growing_.map().placed.size(); ++image)
+    survey.image_of_picture[growing_.map().placed[image].picture] = static_cast<int>(image);
+  for (const int lamp : growing_.order()) {
+    SurveyedLamp surveyed;
+    const auto& shape = growing_.shapes()[lamp];
+    surveyed.has_shape = shape.has_value();
+    if (shape) {
+      surveyed.lamp = *shape;
+    } else {
+      surveyed.lamp.shape = LampShape::point;
+      surveyed.lamp.normal = -Vector3d::UnitZ();
+    }
+    surveyed.lamp.centre_m = growing_.map().lamps[lamp].position;
+    surveyed.lamp.id = static_cast<int>(survey.lamps.size());
+    set_light(surveyed, lamp);
+    survey.lamps.push_back(surveyed);
+  }
+  normalise_power(survey.lamps);
+  note_blobs(survey);
+  note_rejections(survey);
+  return result;
+}
+
+/// Power over that of other lamps, and colour, from the blobs: for a uniform Lambertian face, the
+/// flux in the image is proportional to  power cos(emission) cos(incidence) / distance^2.
+void SurveyRun::set_light(SurveyedLamp& surveyed, int lamp) const {
+  std::vector<double> powers;
+  Vector3d colour = Vector3d::Zero();
+  int colours = 0;
+  for (const PlacedPicture& placed : growing_.map().placed)
+    for (std::size_t b = 0; b < placed.lamp_of.size(); ++b) {
+      if (placed.lamp_of[b] != lamp) continue;
+      ++surveyed.pictures;
+      const Blob& blob = pictures_[placed.picture].blobs[b];
+      const Vector3d in_cam = placed.cam_from_map * surveyed.lamp.centre_m;
+      const double emission =
+          -(placed.cam_from_map.rotation * surveyed.lamp.normal).dot(in_cam) / in_cam.norm();
+      const double incidence = in_cam.z() / in_cam.norm();
+      constexpr double min_cosine = 0.1;  // the quotient is inaccurate towards zero
+      if (!blob.saturated && emission > min_cosine && incidence > min_cosine)
+        powers.push_back(blob.flux_dn * in_cam.squaredNorm() / (emission * incidence));
+      if (blob.colour && !blob.colour->clipped[0] && !blob.colour->clipped[1] &&
+          !blob.colour->clipped[2]) {
+        colour += 3 * blob.colour->share;
+        ++colours;
+      }
+    }
+  surveyed.has_power = !powers.empty();
+  if (surveyed.has_power) surveyed.lamp.power_w = median(powers);
+  if (colours > 0) surveyed.lamp.colour = colour / colours;
+}
+
+/// Makes the mean power 1 W: the pictures determine ratios only.
+void SurveyRun::normalise_power(std::vector<SurveyedLamp>& lamps) {
+  double sum = 0;
+  int count = 0;
+  for (const SurveyedLamp& lamp : lamps)
+    if (lamp.has_power) {
+      sum += lamp.lamp.power_w;
+      ++count;
+    }
+  for (SurveyedLamp& lamp : lamps)
+    if (lamp.has_power && sum > 0) lamp.lamp.power_w *= count / sum;
+}
+
+void SurveyRun::note_blobs(Survey& survey) const {
+  for (const PlacedPicture& placed : growing_.map().placed) {
+    const SurveyPicture& picture = pictures_[placed.picture];
+    for (std::size_t b = 0; b < placed.lamp_of.size(); ++b) {
+      const int lamp = placed.lamp_of[b];
+      const int id = lamp < 0 ? -1 : growing_.point_of_lamp()[lamp];
+      survey.lamp_of_blob[placed.picture][b] = id;
+      if (id >= 0) continue;
+      const std::string why = internal::survey::reason_without_view(picture.blobs[b]);
+      survey.omissions.push_back(
+          {picture.name, static_cast<int>(b),
+           !why.empty() ? why : "no other picture shows a lamp at its place"});
+    }
+  }
+}
+
+void SurveyRun::note_rejections(Survey& survey) const {
+  const Network& network = survey.adjustment.network;
+  for (const RejectedObservation& rejected : survey.adjustment.rejected) {
+    const ImageObservation& observation = network.observations[rejected.observation];
+    if (observation.target.point < 0) {
+      survey.warnings.push_back(network.name_of(observation.target) + " in " +
+                                network.images[observation.image].name +
+                                " contradicts the other pictures and is not used");
+      continue;
+    }
+    const int picture = growing_.map().placed[observation.image].picture;
+    const std::vector<int>& lamps = survey.lamp_of_blob[picture];
+    const auto blob = std::find(lamps.begin(), lamps.end(), observation.target.point);
+    survey.omissions.push_back({pictures_[picture].name, static_cast<int>(blob - lamps.begin()),
+                                network.name_of(observation.target) +
+                                    " contradicts the other pictures (" + rejected.reason + ")"});
+  }
+  for (const RejectedDistance& rejected : survey.adjustment.rejected_distances) {
+    const LampDistance& measured = options_.distances[rejected.distance];
+    std::ostringstream text;
+    text << "the distance of " << measured.length_m << " m from lamp " << measured.from
+         << " to lamp " << measured.to << " contradicts the others and is not used";
+    survey.warnings.push_back(text.str());
+  }
+  for (const std::string& warning : survey.adjustment.warnings) survey.warnings.push_back(warning);
+}
+
+}  // namespace
+
+void SurveyOptions::validate() const {
+  require_positive(max_motion_rad, "max_motion_rad");
+  require(std::isfinite(max_log10_false_alarms), "max_log10_false_alarms", max_log10_false_alarms,
+          "finite");
+  require_not_negative(row_time_s, "row_time_s");
+  require_positive(size_spread, "size_spread");
+  require_positive(model_sigma_px, "model_sigma_px");
+  require_positive(radius_sigma, "radius_sigma");
+  require_positive(odometry_sigma, "odometry_sigma");
+  require(threads >= 1, "threads", threads, "at least 1");
+  if (radius_m) {
+    require_positive(*radius_m, "radius_m");
+    require(distances.empty() && !tag_size_m, "radius_m", *radius_m,
+            "omitted if distances or tag_size_m are given");
+  }
+  if (tag_size_m) {
+    require_positive(*tag_size_m, "tag_size_m");
+    require(distances.empty(), "tag_size_m", *tag_size_m, "omitted if distances are given");
+  }
+  for (std::size_t i = 0; i < distances.size(); ++i) {
+    const std::string name = "distances[" + std::to_string(i) + "]";
+    require(distances[i].from >= 0, name + ".from", distances[i].from, "at least 0");
+    require(distances[i].to >= 0 && distances[i].to != distances[i].from, name + ".to",
+            distances[i].to, "at least 0 and another lamp than from");
+    require_positive(distances[i].length_m, name + ".length_m");
+    require_positive(distances[i].sigma_m, name + ".sigma_m");
+  }
+}
+
+Result<Survey> survey(const std::vector<SurveyPicture>& pictures, const Camera& camera,
+                      const SurveyOptions& options, const SurveyCallback& progress) {
+  options.validate();
+  for (const SurveyPicture& picture : pictures)
+    if (picture.odometry_m)
+      require(picture.odometry_m->allFinite(), picture.name + ": odometry_m",
+              picture.odometry_m->transpose(), "finite");
+  require(camera.is_central(), "camera", name_of(camera.kind()),
+          "one with a single projection centre");
+  try {
+    if (!options.ordered || options.row_time_s == 0)
+      return SurveyRun(pictures, camera, options, progress).run();
+    std::vector<std::string> notes;
+    const std::vector<SurveyPicture> still = internal::survey::without_rolling_shutter(
+        pictures, options.row_time_s, camera.width(), camera.height(), notes);
+    Result<Survey> result = SurveyRun(still, camera, options, progress).run();
+    result.value.warnings.insert(result.value.warnings.end(), notes.begin(), notes.end());
+    return result;
+  } catch (const internal::survey::SurveyStopped&) {
+    Result<Survey> stopped;
+    stopped.status = Status::not_converged;
+    stopped.message = "the survey was stopped";
+    return stopped;
+  }
+}
+
+}  // namespace occ

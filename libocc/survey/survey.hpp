@@ -1,0 +1,147 @@
+// SPDX-License-Identifier: Apache-2.0
+// Map of lamps from pictures of them, without a map and without known poses. One calibrated camera
+// takes the pictures from unknown places, in any order.
+//
+// 1. The rim of a lamp gives its direction and its distance in units of the lamp's size, so that
+// one
+//    picture gives a constellation of lamps up to scale. Lamps are assumed to be of one size within
+//    `size_spread` for this step only.
+// 2. Pictures are joined to the map of the first one by rigid motions of constellations. A picture
+//    joins if a match as good is not expected by chance, and if no other motion matches as well
+//    (internal/lamp_map.hpp). Other pictures are held back until the map has more lamps.
+// 3. All pictures are adjusted together (network/adjust.hpp). The observation of a lamp is the
+//    centre of its image, corrected to the projection of the lamp's centre. Sizes and normals
+//    follow from the rims.
+// 4. Pictures that were held back are matched with the adjusted map, and all are adjusted again.
+//
+// World frame: the lamps' mean normal points down (z is up); x points from lamp 0 to the lamp
+// farthest from it; the lamps' mean x and y, and the lowest camera's z are zero. Pictures do not
+// show the scale: it follows from distances, from AprilTags of known size, from a lamp's radius, or
+// from odometry; otherwise it is free, and the distance from lamp 0 to the farthest lamp is 1.
+#pragma once
+
+#include <Eigen/Core>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "libocc/camera/camera.hpp"
+#include "libocc/core/abi.hpp"
+#include "libocc/core/blob.hpp"
+#include "libocc/core/status.hpp"
+#include "libocc/landmarks/april_tags.hpp"
+#include "libocc/network/adjust.hpp"
+#include "libocc/scene/lamp.hpp"
+
+namespace occ {
+
+/// Detected blobs of one picture.
+struct SurveyPicture {
+  std::string name;                   ///< label for messages
+  std::vector<Blob> blobs;            ///< result of detect()
+  std::vector<AprilTag> tags = {};    ///< result of detect_april_tags(), for a scale by tags
+  std::optional<double> time_s = {};  ///< exposure of the middle row, for row_time_s
+  /// Position of the camera by odometry or another source, in any frame with the scale of metres.
+  std::optional<Eigen::Vector3d> odometry_m = {};
+};
+
+/// Measured distance between the centres of two lamps.
+struct LampDistance {
+  int from = 0, to = 0;                 ///< ids of the lamps in the result of survey()
+  double length_m = 1, sigma_m = 1e-3;  ///< distance and its standard deviation
+};
+
+/// Options of survey().
+struct LIBOCC_API SurveyOptions {
+  /// True if consecutive pictures are neighbours of one motion, such as frames of a video. Motions
+  /// between neighbours that exceed max_motion_rad are then excluded, which decides between the
+  /// symmetric matches of regular arrangements.
+  bool ordered = false;
+  double max_motion_rad = 0.25;  ///< median change of the lamps' directions between neighbours
+  /// Time between the exposures of two rows (rolling shutter) of `ordered` pictures with times. The
+  /// motion between neighbours is assumed to be uniform. 0: all rows at once.
+  double row_time_s = 0;
+  /// Base-10 logarithm of the number of accidental matches, as good, that is accepted.
+  double max_log10_false_alarms = -4;
+  /// Relative standard deviation of the differences between the lamps' sizes. Lamps of one type
+  /// differ by a percent; the default allows for errors of the rims.
+  double size_spread = 0.02;
+  /// Standard deviation, per axis, of the error of a lamp's image that its noise does not contain,
+  /// such as of the lens or of uneven light: start value, and final value if the redundancy is
+  /// below 20. It is otherwise estimated from the residuals. It was up to 0.02 px in rendered and
+  /// real pictures.
+  double model_sigma_px = 0.02;
+  std::vector<LampDistance> distances;  ///< they determine the scale
+  std::optional<double> radius_m;       ///< radius of all discs; determines the scale
+  double radius_sigma = 0.01;           ///< its relative standard deviation
+  std::optional<double> tag_size_m;     ///< side of the tags' black square; determines the scale
+  /// Relative standard deviation of the length of a path by odometry. The distances between
+  /// consecutive pictures with odometry_m determine the scale if nothing else does.
+  double odometry_sigma = 0.01;
+  int threads = 2;  ///< at least 1; any number gives the same bits
+
+  void validate() const;  ///< throws std::invalid_argument naming the field and its value
+};
+
+/// A lamp of the map.
+struct SurveyedLamp {
+  /// Position, shape, size, normal with size_sigma and tilt_sigma_rad; relative power; colour. The
+  /// id is its number in the order in which the pictures show the lamps.
+  Lamp lamp;
+  int pictures = 0;        ///< number of pictures with an observation
+  bool has_power = false;  ///< false: saturated in all pictures; power_w is then 1
+  bool has_shape = false;  ///< false: no measured rim; the lamp is a point
+};
+
+/// A blob or a picture that is not in the result.
+struct SurveyOmission {
+  std::string picture;  ///< name of the picture
+  int blob = -1;        ///< index of the blob; -1: the whole picture
+  std::string reason;   ///< a sentence
+};
+
+/// Origin of the scale.
+enum class SurveyScale {
+  free,       ///< arbitrary
+  distances,  ///< SurveyOptions::distances
+  radius,     ///< SurveyOptions::radius_m
+  tags,       ///< SurveyOptions::tag_size_m
+  odometry,   ///< SurveyPicture::odometry_m
+};
+
+/// Result of survey().
+struct Survey {
+  Adjustment adjustment;            ///< points are named "lamp 7"; images have the pictures' names
+  std::vector<SurveyedLamp> lamps;  ///< in the order of the network's points
+  /// Image of the network for each picture; -1: not used.
+  std::vector<int> image_of_picture;
+  /// Id of the lamp of each blob of each picture; -1: none.
+  std::vector<std::vector<int>> lamp_of_blob;
+  std::vector<SurveyOmission> omissions;  ///< all that is not used, with the reason
+  SurveyScale scale = SurveyScale::free;  ///< origin of the scale
+  double scale_sigma = 0;                 ///< radius, odometry: relative sigma of the scale,
+                                          ///< which the network's precision does not contain
+  std::vector<std::string> warnings;      ///< contradictions that the user should check
+};
+
+/// State of a survey.
+struct SurveyProgress {
+  const char* stage = "";  ///< "joining pictures" or "adjusting"
+  int done = 0;            ///< pictures in the map, or iterations of the adjustment
+  int total = 0;           ///< number of pictures; 0: unknown
+};
+
+/// Return false to stop: the result is then `not_converged`, without a map.
+using SurveyCallback = std::function<bool(const SurveyProgress&)>;
+
+/// Surveys lamps. Status: ok; too_few_lamps: fewer than two pictures show four lamps with measured
+/// rims; ambiguous: the lamps' arrangement is symmetric, so that no two pictures have a unique
+/// match; no_pose: no two pictures match; not_converged: `progress` stopped it; otherwise that of
+/// adjust(). Throws std::invalid_argument
+/// for options out of range, and for a distance whose lamps are not in the map.
+LIBOCC_API Result<Survey> survey(const std::vector<SurveyPicture>& pictures, const Camera& camera,
+                                 const SurveyOptions& options = {},
+                                 const SurveyCallback& progress = {});
+
+}  // namespace occ

@@ -1,0 +1,145 @@
+# SPDX-License-Identifier: Apache-2.0
+import re
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import click
+import numpy as np
+
+import libocc as occ
+
+from ... import samples
+from .. import Failure, error_context, json_option, print_json
+from ..detect_options import Threshold, threshold_option
+from .calibrate_options import out_option
+
+
+def camera_of(name: str) -> tuple[occ.Camera, occ.Sensor | None]:
+    """Camera of a camera file; camera and sensor of a scene."""
+    with error_context(name):
+        if Path(name).is_file() and not re.search(r"^lamps:", Path(name).read_text(), re.MULTILINE):
+            return occ.read_camera(name), None
+        scene = samples.load_scene(name)
+        return scene.camera, scene.sensor
+
+
+def places_of(path: str, times_s: Sequence[float | None]) -> list[Any]:
+    """Position of the camera by odometry for each picture; None outside the times of the file."""
+    with error_context(path):
+        trajectory = occ.Trajectory.load(path)
+        places = []
+        for time_s in times_s:
+            inside = time_s is not None and trajectory.begin_s <= time_s <= trajectory.end_s
+            pose = np.asarray(trajectory.cam_from_world(time_s)) if inside and time_s is not None else None
+            places.append(None if pose is None else -pose[:3, :3].T @ pose[:3, 3])
+        if sum(place is not None for place in places) < 2:
+            raise ValueError("has the times of fewer than two pictures; the frames need times: a video, or --fps")
+        return places
+
+
+def lamp_number(name: str) -> int:
+    """Number of a lamp: "lamp 3" or "3"."""
+    number = name.removeprefix("lamp").strip()
+    if not number.isdigit():
+        raise Failure(f"--distance: must name lamps by their ids, such as \"lamp 3\", got {name!r}")
+    return int(number)
+
+
+@click.command(short_help="Make a map of a room's lamps from pictures alone.")
+@click.argument("sources", nargs=-1, required=True, metavar="IMAGE...|FOLDER|VIDEO")
+@click.option("--camera", "camera_path", required=True, metavar="FILE.yaml",
+              help="Camera file, or a scene whose camera and sensor are used.")
+@click.option("--distance", type=(str, str, float, float), multiple=True, metavar="FROM TO M SIGMA",
+              help="Measured distance of two lamps, such as \"lamp 0\" \"lamp 4\" 2.641 0.002.")
+@click.option("--radius", "radius_m", type=click.FloatRange(0, min_open=True), metavar="M",
+              help="Radius of the lit discs, for the scale.")
+@click.option("--radius-sigma", type=click.FloatRange(0, 1, min_open=True), default=0.01, show_default=True,
+              help="Relative error of --radius, sigma.")
+@click.option("--tag-size", "tag_size_m", type=click.FloatRange(0, min_open=True), metavar="M",
+              help="Side of the black square of AprilTags in the pictures, for the scale.")
+@click.option("--family", default="tag36h11", show_default=True, help="Family of the tags.")
+@click.option("--odometry", metavar="FILE.tum",
+              help="Poses of the camera by odometry at the times of the frames, for the scale.")
+@click.option("--odometry-sigma", type=click.FloatRange(0, 1, min_open=True), default=0.01, show_default=True,
+              help="Relative error of the length of a path by odometry, sigma.")
+@click.option("--ordered", is_flag=True, help="The images are frames of one slow motion, as those of a video.")
+@click.option("--fps", type=click.FloatRange(0, min_open=True),
+              help="Frame rate of a folder of frames or of a video without times.")
+@click.option("--row-time", "row_time_s", type=click.FloatRange(0), metavar="S",
+              help="Time between the exposures of two rows of a video; default: that of the scene's sensor.")
+@click.option("--max-pictures", type=click.IntRange(2), default=60, show_default=True,
+              help="Frames of a video that are used.")
+@threshold_option
+@out_option
+@json_option
+@click.pass_context
+def command(
+    ctx: click.Context, sources: tuple[str, ...], camera_path: str,
+    distance: tuple[tuple[str, str, float, float], ...], radius_m: float | None, radius_sigma: float,
+    tag_size_m: float | None, family: str, odometry: str | None, odometry_sigma: float, ordered: bool,
+    fps: float | None, row_time_s: float | None, max_pictures: int, threshold_dn: Threshold, out: str, as_json: bool,
+) -> None:
+    """\b
+    $ libocc simulate irregular_six --position 1.7 2.1 0.5 --out a.png
+    ...
+    $ libocc simulate irregular_six --position 2.3 1.8 0.4 --heading-deg 90 --out b.png
+    ...
+    $ libocc simulate irregular_six --position 1.9 2.4 0.9 --heading-deg 200 --out c.png
+    ...
+    $ libocc survey a.png b.png c.png --camera irregular_six --radius 0.085 --out room
+    ...
+
+    Makes a map of the lamps from pictures that one calibrated camera took from unknown places, in any
+    order, or from a video. No map is needed. A picture is used if it shows four whole lamps or more and
+    matches the others in one way only.
+
+    The pictures do not show the scale: give --distance between two lamps, --tag-size of AprilTags that
+    at least two pictures show, --radius, or --odometry of a recording. Lamps have the same ids in each
+    run with the same pictures; a first run without scale shows them in plan.png.
+
+    The folder has scene.yaml (for `libocc locate`), plan.png, report.html, result.json and trajectory.tum
+    (poses of the pictures). Exit code 0: surveyed; 1: not determined (result.json has the reason); 2: bad
+    input.
+    """
+    if bool(distance) + sum(value is not None for value in (radius_m, tag_size_m, odometry)) > 1:
+        raise Failure("--distance, --radius, --tag-size and --odometry: give one of them")
+    distances = [(lamp_number(a), lamp_number(b), length_m, sigma_m) for a, b, length_m, sigma_m in distance]
+    camera, sensor = camera_of(camera_path)
+    from ..survey.sources import Detector, read_pictures
+
+    detector = Detector(camera, sensor, threshold_dn, family if tag_size_m is not None else None)
+    pictures = read_pictures(sources, detector, ordered, max_pictures, fps)
+    places = [] if odometry is None else places_of(odometry, pictures.times_s)
+    options: dict[str, Any] = {
+        "odometry_sigma": odometry_sigma,
+        "ordered": pictures.ordered, "radius_m": radius_m, "radius_sigma": radius_sigma, "tag_size_m": tag_size_m,
+        "row_time_s": row_time_s if row_time_s is not None else 0.0 if sensor is None else sensor.row_time_s,
+    }
+    from ..survey.status import survey_status
+
+    with survey_status() as show, error_context("survey"):
+        found = occ.surveying.survey(
+            pictures.blobs, camera, distances=distances, tags=pictures.tags, times_s=pictures.times_s,
+            odometry_m=places, progress=show, **options,
+        )
+    from ..result_folder import ResultFolder
+    from ..survey.output import text_lines, write_survey
+
+    with error_context(out):
+        folder = ResultFolder(out, {
+            "kind": "survey", "pictures": list(sources), "camera": camera_path,
+            "distances": [list(d) for d in distances], "odometry": odometry, **options,
+        })
+        data, scene = write_survey(folder, found, camera, sensor, pictures.ordered, pictures.notes)
+    if as_json:
+        print_json(data)
+    elif scene is not None:
+        for line in [*text_lines(found, scene, len(pictures.blobs)), *(f"warning: {w}" for w in data["warnings"])]:
+            click.echo(line)
+        click.echo(f"{out}/scene.yaml, {out}/plan.png, {out}/report.html")
+    if scene is None:
+        for line in [*(f"not used: {o['picture']}: {o['reason']}" for o in data["omissions"] if o["blob"] is None)]:
+            click.echo(line, err=True)
+        click.echo(f"{data['status']}: {data['message']}", err=True)
+        ctx.exit(1)

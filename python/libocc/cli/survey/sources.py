@@ -1,0 +1,128 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Pictures of a survey: files, a folder of files, frames of a recording or a video."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from ..._core import AprilTag, Blob, Camera, Sensor, detect, detect_april_tags, read_image
+from ...streams.folder import ENDINGS
+from ...streams.open_source import open_source
+from .. import error_context
+from ..detect_options import Threshold, background_hint, threshold_of
+from ..progress import progress
+
+MAX_PICTURES = 60  # frames of a recording that are used; neighbours that are closer add little
+
+
+@dataclass
+class Pictures:
+    """Detected blobs and tags by picture; what could not be used; True if the pictures are frames of one motion."""
+
+    blobs: list[tuple[str, list[Blob]]] = field(default_factory=list)
+    tags: list[list[AprilTag]] = field(default_factory=list)
+    times_s: list[float | None] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
+    ordered: bool = False
+
+
+@dataclass(frozen=True)
+class Detector:
+    """Detects the lamps, and the tags of a family if one is given, in pictures of one camera."""
+
+    camera: Camera
+    sensor: Sensor | None
+    threshold_dn: Threshold
+    tag_family: str | None
+
+    def add(self, found: Pictures, name: str, pixels: Any, time_s: float | None = None) -> None:
+        """Raises: ValueError when the picture does not have the camera's size."""
+        camera, (height, width) = self.camera, pixels.shape[:2]
+        if (width, height) != (camera.width, camera.height):
+            turned = ": it was rotated after it was taken; use the original file" if width == camera.height else ""
+            raise ValueError(
+                f"its size is {width} x {height} px, that of the camera is {camera.width} x {camera.height} px{turned}"
+            )
+        options: dict[str, Any] = {} if self.sensor is None else {"sensor": self.sensor}
+        blobs = detect(pixels, threshold_dn=threshold_of(pixels, self.threshold_dn), **options)
+        hint = background_hint(pixels, blobs, self.threshold_dn)
+        if hint:
+            found.notes.append(f"{name}: {hint}")
+        found.blobs.append((name, list(blobs)))
+        found.times_s.append(time_s)
+        if self.tag_family is not None:
+            found.tags.append(list(detect_april_tags(pixels, family=self.tag_family, camera=camera)))
+
+
+def image_files(folder: Path) -> list[str]:
+    return [str(file) for file in sorted(folder.iterdir()) if file.suffix.lower() in ENDINGS]
+
+
+def is_recording(names: Sequence[str], fps: float | None) -> bool:
+    """True for one video, bag, folder written by `libocc sequence`, or folder of frames with a frame rate."""
+    if len(names) != 1:
+        return False
+    place = Path(names[0])
+    if place.is_dir():
+        return fps is not None or (place / "images").is_dir()
+    return place.suffix.lower() not in ENDINGS
+
+
+def frames_of(
+    name: str, max_pictures: int, fps: float | None, notes: list[str]
+) -> Iterator[tuple[str, Any, float | None]]:
+    """Every n-th frame of a recording, so that at most max_pictures are used."""
+    source = open_source(name, fps)
+    step = 1 if source.total is None else -(-source.total // max_pictures)
+    last_s = None
+    try:
+        for frame in source:
+            if frame.problem:
+                notes.append(f"{frame.name or f'frame {frame.index}'}: {frame.problem}; the frame is not used")
+                continue
+            if last_s is not None and frame.time_s is not None and frame.time_s <= last_s:
+                notes.append(
+                    f"{frame.name or f'frame {frame.index}'}: its time {frame.time_s:g} s is not after {last_s:g} s; "
+                    "the frame is not used"
+                )
+                continue
+            last_s = frame.time_s
+            if frame.index % step == 0 and frame.image is not None:
+                yield frame.name or f"frame {frame.index}", frame.image, frame.time_s
+    finally:
+        source.close()
+
+
+def read_pictures(
+    names: Sequence[str], detector: Detector, ordered: bool, max_pictures: int, fps: float | None
+) -> Pictures:
+    """Reads all pictures and detects their blobs. Raises: Failure naming the source or the picture."""
+    recording = is_recording(names, fps)
+    found = Pictures(ordered=ordered or recording)
+    if recording:
+        with error_context(names[0]), progress("detecting lamps", max_pictures) as advance:
+            for name, pixels, time_s in frames_of(names[0], max_pictures, fps, found.notes):
+                detector.add(found, name, pixels, time_s)
+                advance()
+        return found
+    files: list[str] = []
+    for name in names:
+        with error_context(name):
+            if Path(name).is_dir():
+                inside = image_files(Path(name))
+                if not inside:
+                    raise ValueError(f"{name}: contains no images ({', '.join(ENDINGS)})")
+                files += inside
+            else:
+                files.append(name)
+    if len(set(files)) < len(files):
+        repeated = next(name for name in files if files.count(name) > 1)
+        with error_context(repeated):
+            raise ValueError("is given twice")
+    with progress("detecting lamps", len(files)) as advance:
+        for name in files:
+            with error_context(name):
+                detector.add(found, name, read_image(name))
+            advance()
+    return found

@@ -1,0 +1,110 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Maps of lamps from pictures alone: survey() and the scene of its result.
+
+    pictures = [(name, occ.detect(occ.read_image(name))) for name in names]
+    found = occ.surveying.survey(pictures, camera, radius_m=0.08)
+    scene = occ.surveying.scene_of(found, camera)
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ._core import (
+    Camera,
+    Precision,
+    Scene,
+    Sensor,
+    Survey,
+    SurveyedLamp,
+    SurveyOmission,
+    SurveyScale,
+    Target,
+    precision,
+    survey,
+)
+
+__all__ = [
+    "Survey", "SurveyOmission", "SurveyScale", "SurveyedLamp", "assumptions_of", "joint_covariance_m2",
+    "known_precision", "scene_of", "shared_errors", "survey",
+]
+
+MIN_SHARED_RATIO = 2.0  # of variances
+MIN_REDUNDANCY = 10  # sigma0 is then known to 22 %
+POWER_SIGMA = 0.2  # relative; the emission between the directions of the pictures is not measured
+
+
+def shared_errors(joint_m2: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Splits the joint covariance (n, n, 3, 3) of positions into standard deviations (n, 3) of each position alone,
+    and errors (m, n, 3) that positions share.
+
+    With the covariance of each position as the unit, an eigenvalue of the joint covariance is the ratio of the variance
+    of a common motion to that of independent positions. Motions with a ratio above 2 become shared errors.
+    """
+    count = len(joint_m2)
+    own = joint_m2[range(count), range(count)]
+    values, vectors = np.linalg.eigh(own)
+    values = np.maximum(values, 0)
+    inverse = np.where(values > 1e-12 * values.max(), 1 / np.sqrt(np.maximum(values, 1e-300)), 0)
+    root = vectors * np.sqrt(values)[:, None, :] @ vectors.transpose(0, 2, 1)
+    unit = vectors * inverse[:, None, :] @ vectors.transpose(0, 2, 1)
+    scaled = np.einsum("iab,ijbc,jcd->iajd", unit, joint_m2, unit).reshape(3 * count, 3 * count)
+    ratios, motions = np.linalg.eigh((scaled + scaled.T) / 2)
+    ratios = np.maximum(ratios, 0)
+    shared = ratios > MIN_SHARED_RATIO
+    errors = np.einsum("iab,ibm->mia", root, (motions * np.sqrt(ratios))[:, shared].reshape(count, 3, -1))
+    alone = np.diagonal(own, axis1=1, axis2=2) - (errors**2).sum(axis=0)
+    return np.sqrt(np.maximum(alone, 0)), errors
+
+
+def known_precision(found: Survey) -> Precision:
+    """Precision of the surveyed network in the datum of all lamps.
+
+    It is scaled by sigma0 squared if that is known to 22 % or is above 1.
+    """
+    factor = found.sigma0**2 if found.redundancy >= MIN_REDUNDANCY else max(1.0, found.sigma0**2)
+    return precision(found.network).scaled(factor)
+
+
+def joint_covariance_m2(found: Survey, known: Precision, ids: Sequence[int]) -> NDArray[np.float64]:
+    """Joint covariance (n, n, 3, 3) of the positions of lamps, with the error of a scale by radius."""
+    targets = [Target.point(id) for id in ids]
+    joint = np.array([[known.positions(a, b)[:3, 3:] for b in targets] for a in targets])
+    for i, target in enumerate(targets):
+        joint[i, i] = known.position(target)
+    at = np.array([found.lamps[id].lamp.centre_m for id in ids])
+    arms = found.scale_sigma * (at - at.mean(axis=0))
+    return np.asarray(joint + np.einsum("ia,jb->ijab", arms, arms))
+
+
+def scene_of(found: Survey, camera: Camera, sensor: Sensor | None = None) -> Scene:
+    """Scene of a survey that is ok: its lamps with the standard deviations of their positions and shared errors.
+
+    Lamps whose position is not determined are left out. `assumed` of the scene states the frame and the scale.
+    """
+    known = known_precision(found)
+    ids = [i for i, covariance in enumerate(known.points()) if np.isfinite(covariance).all()]
+    sigmas_m, errors_m = shared_errors(joint_covariance_m2(found, known, ids))
+    lamps = []
+    for row, id in enumerate(ids):
+        lamps.append(found.lamps[id].lamp.replace(
+            position_sigma_m=sigmas_m[row], shared_errors_m=list(errors_m[:, row]), power_sigma=POWER_SIGMA,
+        ))
+    scene = Scene(camera=camera, lamps=lamps, sensor=sensor)
+    return Scene.parse(scene.format() + "assumed:\n" + "".join(f"  - '{note}'\n" for note in assumptions_of(found)))
+
+
+def assumptions_of(found: Survey) -> list[str]:
+    """Sentences about the scale and the frame, which the pictures do not determine."""
+    scale = {
+        SurveyScale.free: "the scale is free: the distance from lamp 0 to the lamp farthest from it is set to 1",
+        SurveyScale.distances: "the scale is that of measured distances",
+        SurveyScale.tags: "the scale is that of the given size of the AprilTags",
+        SurveyScale.odometry: "the scale is that of the odometry",
+        SurveyScale.radius: "the scale is that of the given radius of the lamps",
+    }[found.scale]
+    return [
+        scale, "the z axis is the mean normal of the lamps, which need not be vertical",
+        "the powers of the lamps are relative: their mean is 1 W",
+    ]

@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "libocc/survey/survey.hpp"
+
+#include "fields.hpp"
+#include "libocc/core/require.hpp"
+#include "module.hpp"
+#include "results.hpp"
+
+namespace occ::python {
+namespace {
+
+using Surveyed = Result<Survey>;
+using Tags = std::vector<std::vector<AprilTag>>;
+using Pictures = std::vector<std::pair<std::string, std::vector<Blob>>>;
+using Times = std::vector<std::optional<double>>;
+using Places = std::vector<std::optional<Eigen::Vector3d>>;
+using Distances = std::vector<std::tuple<int, int, double, double>>;
+
+auto survey_fields() {
+  using O = SurveyOptions;
+  return std::make_tuple(
+      field("ordered", &O::ordered, "consecutive pictures are neighbours of one motion"),
+      field("max_motion_rad", &O::max_motion_rad,
+            "ordered: largest median change of the lamps' directions between neighbours"),
+      field("row_time_s", &O::row_time_s,
+            "ordered, with times_s: time between the exposures of two rows"),
+      field("max_log10_false_alarms", &O::max_log10_false_alarms,
+            "limit of the number of accidental matches as good, base-10 logarithm"),
+      field("size_spread", &O::size_spread,
+            "relative sigma of the differences of the lamps' sizes, for start values"),
+      field(
+          "model_sigma_px", &O::model_sigma_px,
+          "sigma of errors of a lamp's image beyond its noise; estimated if the redundancy is 20"),
+      field("radius_m", &O::radius_m, "radius of all discs; determines the scale"),
+      field("radius_sigma", &O::radius_sigma, "its relative standard deviation"),
+      field("odometry_sigma", &O::odometry_sigma, "relative sigma of a path's length by odometry"),
+      field("tag_size_m", &O::tag_size_m, "side of the tags' black square; determines the scale"),
+      field("threads", &O::threads, "at least 1; any number gives the same bits"));
+}
+
+/// The network before the rejection of gross errors, for an adjustment that reports them.
+Network with_all_observations(const Surveyed& survey) {
+  Network network = survey->adjustment.network;
+  for (ImageObservation& observation : network.observations) observation.used = true;
+  for (DistanceObservation& distance : network.distances) distance.used = true;
+  return network;
+}
+
+void define_results(py::module_& m) {
+  py::native_enum<SurveyScale>(m, "SurveyScale", "enum.Enum", "Origin of the scale of a survey.")
+      .value("free", SurveyScale::free)
+      .value("distances", SurveyScale::distances)
+      .value("radius", SurveyScale::radius)
+      .value("tags", SurveyScale::tags)
+      .value("odometry", SurveyScale::odometry)
+      .finalize();
+  ResultClass<SurveyedLamp>(m, "SurveyedLamp", "A lamp of a survey.")
+      .def_readonly("lamp", &SurveyedLamp::lamp,
+                    "Lamp with position, shape, size, normal, relative power and colour.")
+      .def_readonly("pictures", &SurveyedLamp::pictures, "Number of pictures with an observation.")
+      .def_readonly("has_power", &SurveyedLamp::has_power,
+                    "False: saturated in all pictures; its power is then 1.")
+      .def_readonly("has_shape", &SurveyedLamp::has_shape,
+                    "False: no measured rim; the lamp is a point.");
+  ResultClass<SurveyOmission>(m, "SurveyOmission", "A blob or picture that a survey does not use.")
+      .def_readonly("picture", &SurveyOmission::picture, "Name of the picture.")
+      .def_readonly("blob", &SurveyOmission::blob, "Index of the blob; -1: the whole picture.")
+      .def_readonly("reason", &SurveyOmission::reason, "Reason, a sentence.");
+  ResultClass<Surveyed> survey(m, "Survey", "Map of lamps made from pictures; see survey().");
+  define_result(survey);
+  survey.def_property_readonly("lamps", value_of(&Survey::lamps), "SurveyedLamps by id.")
+      .def_property_readonly("image_of_picture", value_of(&Survey::image_of_picture),
+                             "Image of the network for each picture; -1: not used.")
+      .def_property_readonly("lamp_of_blob", value_of(&Survey::lamp_of_blob),
+                             "Id of the lamp of each blob of each picture; -1: none.")
+      .def_property_readonly("omissions", value_of(&Survey::omissions),
+                             "SurveyOmissions: all that is not used, with the reason.")
+      .def_property_readonly("scale", value_of(&Survey::scale), "Origin of the scale.")
+      .def_property_readonly("scale_sigma", value_of(&Survey::scale_sigma),
+                             "Relative sigma of a scale by radius, beside the precision.")
+      .def_property_readonly("warnings", value_of(&Survey::warnings), "Contradictions to check.");
+  survey
+      .def_property_readonly(
+          "network", [](const Surveyed& s) { return s->adjustment.network; },
+          "Adjusted network; points are named \"lamp 7\", images as the pictures.")
+      .def_property_readonly("network_with_all_observations", &with_all_observations,
+                             "The network with the rejected observations in use again.")
+      .def_property_readonly(
+          "sigma0", [](const Surveyed& s) { return s->adjustment.sigma0; },
+          "A posteriori standard deviation of unit weight.")
+      .def_property_readonly(
+          "redundancy", [](const Surveyed& s) { return s->adjustment.redundancy; },
+          "observations - unknowns + defect.");
+}
+
+}  // namespace
+
+void define_survey(py::module_& m) {
+  define_results(m);
+  const auto fields = survey_fields();
+  const std::string doc =
+      "Maps lamps from pictures of one calibrated camera at unknown places.\n\n"
+      "pictures: (name, blobs) of each. distances: (lamp id, lamp id, length, sigma) [m]; they\n"
+      "determine the scale. tags: AprilTags of each picture. times_s:\n"
+      "exposure of the middle row of each, or None. odometry_m: position (3,) of the camera by\n"
+      "odometry for each picture, or None; consecutive ones determine the scale if nothing else "
+      "does.\n"
+      "progress(stage, done, total): called often; False stops it. Returns: Survey; status "
+      "too_few_lamps, ambiguous, no_pose, or that of\n"
+      "the adjustment. Raises: ValueError for an invalid option or an unknown lamp." +
+      fields_doc(fields, "Options");
+  define_function(
+      m, "survey", fields,
+      [](SurveyOptions options, const Pictures& pictures, const Camera& camera,
+         const Distances& distances, const Tags& tags, const Times& times_s,
+         const Places& odometry_m, const py::object& progress) {
+        std::vector<SurveyPicture> all;
+        for (const auto& [name, blobs] : pictures) all.push_back({name, blobs});
+        require(tags.empty() || tags.size() == all.size(), "tags", tags.size(),
+                "one list for each picture");
+        for (std::size_t i = 0; i < tags.size(); ++i) all[i].tags = tags[i];
+        for (const auto& [from, to, length_m, sigma_m] : distances)
+          options.distances.push_back({from, to, length_m, sigma_m});
+        require(times_s.empty() || times_s.size() == all.size(), "times_s", times_s.size(),
+                "one time for each picture");
+        for (std::size_t i = 0; i < times_s.size(); ++i) all[i].time_s = times_s[i];
+        require(odometry_m.empty() || odometry_m.size() == all.size(), "odometry_m",
+                odometry_m.size(), "one position for each picture");
+        for (std::size_t i = 0; i < odometry_m.size(); ++i) all[i].odometry_m = odometry_m[i];
+        const SurveyCallback callback = [&](const SurveyProgress& state) {
+          py::gil_scoped_acquire locked;
+          if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+          if (progress.is_none()) return true;
+          const py::object answer = progress(state.stage, state.done, state.total);
+          return answer.is_none() || answer.cast<bool>();
+        };
+        py::gil_scoped_release unlocked;
+        return survey(all, camera, options, callback);
+      },
+      py::arg("pictures"), py::arg("camera"), py::kw_only(),
+      py::arg_v("distances", Distances{}, "[]"), py::arg_v("tags", Tags{}, "[]"),
+      py::arg_v("times_s", Times{}, "[]"), py::arg_v("odometry_m", Places{}, "[]"),
+      py::arg("progress") = py::none(), doc.c_str());
+}
+
+}  // namespace occ::python

@@ -1,0 +1,137 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Maps of lamps from pictures alone, from Python and from the command line."""
+
+import json
+
+import numpy as np
+import pytest
+
+import libocc as occ
+from libocc import samples
+from libocc.cli.poses import upward_pose
+
+PLACES = [(1.7, 2.1, 0.5, 10), (2.3, 1.8, 0.4, 90), (1.9, 2.4, 0.6, 200), (2.2, 2.2, 0.2, 300), (1.6, 1.8, 0.3, 140)]
+
+
+@pytest.fixture(scope="module")
+def room():
+    return samples.load_scene("irregular_six")
+
+
+@pytest.fixture(scope="module")
+def pictures(room, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("pictures")
+    names = []
+    for i, (x, y, z, heading) in enumerate(PLACES):
+        image, _ = occ.simulate(room, upward_pose([x, y, z], heading, 4.0 * (i % 3), 70.0 * i), seed=i)
+        names.append(folder / f"p{i}.png")
+        occ.write_image(names[-1], image)
+    return names
+
+
+@pytest.fixture(scope="module")
+def surveyed(room, pictures):
+    seen = [(name.name, occ.detect(occ.read_image(name), sensor=room.sensor)) for name in pictures]
+    return occ.surveying.survey(seen, room.camera, radius_m=room.lamps[0].radius_m, radius_sigma=1e-4)
+
+
+def matching(scene, room):
+    """Lamp of the room for each lamp of the map, and the room's positions in the order of the map."""
+    import itertools
+
+    made = np.array([lamp.centre_m for lamp in scene.lamps])
+    true = np.array([lamp.centre_m for lamp in room.lamps])
+    distances = np.linalg.norm(made[:, None] - made[None], axis=2)
+    best = min(
+        itertools.permutations(range(len(true)), len(made)),
+        key=lambda order: np.abs(np.linalg.norm(true[list(order)][:, None] - true[list(order)][None], axis=2)
+                                 - distances).max(),
+    )
+    return best, made, true[list(best)]
+
+
+def test_a_survey_has_all_lamps_and_their_errors(surveyed, room):
+    assert surveyed.ok, surveyed.message
+    scene = occ.surveying.scene_of(surveyed, room.camera, room.sensor)
+    assert len(scene.lamps) == 6
+    _, made, true = matching(scene, room)
+    d_made = np.linalg.norm(made[:, None] - made[None], axis=2)
+    d_true = np.linalg.norm(true[:, None] - true[None], axis=2)
+    assert np.abs(d_made - d_true).max() < 5e-3
+    for lamp in scene.lamps:
+        assert 0 < np.max(lamp.position_sigma_m) < 5e-3
+        assert len(lamp.shared_errors_m) >= 1
+    assert "  - \"the scale is that of the given radius" in scene.format()
+
+
+def test_the_map_locates_other_pictures(surveyed, room):
+    scene = occ.surveying.scene_of(surveyed, room.camera, room.sensor)
+    image, _ = occ.simulate(room, upward_pose([2.0, 2.0, 0.45], 33, 5, 20), seed=77)
+    fix = occ.locate(image, scene)
+    assert fix.ok, fix.message
+    assert len(fix.lamps) >= 4
+
+
+def test_the_command_writes_the_whole_folder(libocc, pictures, tmp_path):
+    out = tmp_path / "room"
+    code, text, errors = libocc("survey", *pictures, "--camera", "irregular_six", "--radius", 0.085, "--out", out)
+    assert code == 0, errors
+    for name in ("scene.yaml", "plan.png", "report.html", "result.json", "trajectory.tum"):
+        assert (out / name).stat().st_size > 0, name
+    data = json.loads((out / "result.json").read_text())
+    assert data["scale"] == "radius" and len(data["lamps"]) == 6 and len(data["pictures"]) == 5
+    assert len(occ.Scene.load(out / "scene.yaml").lamps) == 6
+    assert len(occ.Trajectory.load(out / "trajectory.tum").times_s) == 5
+
+
+def test_a_symmetric_room_is_not_guessed(libocc, tmp_path):
+    square = samples.load_scene("square_four")
+    names = []
+    for i, (x, y, z, heading) in enumerate(PLACES):
+        image, _ = occ.simulate(square, upward_pose([x, y, z], heading, 0, 0), seed=i)
+        names.append(tmp_path / f"p{i}.png")
+        occ.write_image(names[-1], image)
+    code, text, errors = libocc("survey", *names, "--camera", "square_four", "--out", tmp_path / "out")
+    assert code == 1
+    assert "ambiguous" in errors
+    assert json.loads((tmp_path / "out" / "result.json").read_text())["status"] == "ambiguous"
+
+
+def test_a_recording_takes_its_scale_from_odometry(libocc, tmp_path):
+    assert libocc("sequence", "irregular_six", "walk", "--out", "walk", "--fps", 4)[0] == 0
+    path = samples.find_trajectory("walk")
+    occ.Trajectory.load(path).save(tmp_path / "path.tum")
+    code, text, errors = libocc(
+        "survey", "walk", "--camera", "irregular_six", "--odometry", "path.tum", "--out", "room"
+    )
+    assert code == 0, errors
+    assert "8 of 8 pictures" in text and "scale of the odometry" in text
+    data = json.loads((tmp_path / "room" / "result.json").read_text())
+    assert 0.01 <= data["scale_sigma"] < 0.02
+    assert np.mean([lamp["radius_m"] for lamp in data["lamps"]]) == pytest.approx(0.085, rel=0.01)
+
+
+def test_frames_with_a_wrong_time_or_content_are_named(libocc, tmp_path):
+    assert libocc("sequence", "irregular_six", "walk", "--out", "walk", "--fps", 4)[0] == 0
+    truth = tmp_path / "walk" / "truth" / "000005.json"
+    truth.write_text(json.dumps({**json.loads(truth.read_text()), "time_s": 0.1}))
+    (tmp_path / "walk" / "images" / "000003.png").write_bytes(b"no image")
+    code, text, errors = libocc("survey", "walk", "--camera", "irregular_six", "--radius", 0.085, "--out", "room")
+    assert code == 0, errors
+    assert "6 of 6 pictures" in text
+    assert "000005.png: its time 0.1 s is not after 1 s; the frame is not used" in text
+    assert "000003.png: " in text and text.count("the frame is not used") == 2
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (["--radius", "0.1", "--tag-size", "0.1"], "give one of them"),
+        (["--distance", "window", "lamp 1", "1", "0.001"], "must name lamps by their ids"),
+        (["--distance", "lamp 0", "lamp 17", "1", "0.001"], "lamp of the map"),
+    ],
+)
+def test_bad_input_is_named(libocc, pictures, tmp_path, options, message):
+    code, text, errors = libocc("survey", *pictures, "--camera", "irregular_six", *options, "--out", tmp_path / "out")
+    assert code == 2
+    assert message in errors

@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: Apache-2.0
+// A hall with lamps in a regular grid, from a recording of a vehicle on several loops: views of the
+// grid look alike, so that neighbours must decide, and loops must close without a wrong join.
+#include <gtest/gtest.h>
+
+#include <iostream>
+
+#include "libocc/geometry/so3.hpp"
+#include "libocc/network/datum.hpp"
+#include "libocc/network/network_statistics.hpp"
+#include "libocc/network/precision.hpp"
+#include "tests/survey/survey_support.hpp"
+
+namespace occ::test {
+namespace {
+
+/// Hall of 40 x 20 m with a grid of 10 x 6 lamps at 5 m, a tenth of which is dark.
+Scene hall(Random& random) {
+  std::vector<Vector3d> lamps;
+  for (int i = 0; i < 10; ++i)
+    for (int j = 0; j < 6; ++j)
+      if (random.uniform() > 0.1)
+        lamps.push_back({2 + 4.0 * i + 0.01 * random.normal(),
+                         1.7 + 3.3 * j + 0.01 * random.normal(), 5 + 0.005 * random.normal()});
+  Scene scene = room_of(lamps);
+  scene.camera = Camera::pinhole(1280, 960, 450, 450, 639.5, 479.5);
+  for (Lamp& lamp : scene.lamps) lamp.radius_m = 0.15;
+  return scene;
+}
+
+/// Pictures every `step_m` on `loops` rounds of an ellipse, which shrinks from round to round.
+std::vector<MadePicture> drive(const Scene& scene, int loops, double step_m, Random& random) {
+  std::vector<MadePicture> made;
+  const double perimeter = 75;
+  const int count = static_cast<int>(loops * perimeter / step_m);
+  for (int k = 0; k < count; ++k) {
+    const double turn = 2 * pi * loops * k / count;
+    const double shrink = 1 - 0.15 * turn / (2 * pi);
+    const Vector3d at(20 + 15 * shrink * std::cos(turn), 10 + 6 * shrink * std::sin(turn), 0.3);
+    const Vector3d up(-15 * std::sin(turn), 6 * std::cos(turn), 0);
+    const Vector3d target = at + Vector3d(0.02 * random.normal(), 0.02 * random.normal(), 1);
+    made.push_back(
+        make_picture(scene, look_at(at, target, up), "frame " + std::to_string(k), 0.03, random));
+  }
+  return made;
+}
+
+struct HallErrors {
+  double rms_m = 0, nees = 0;
+  int wrong = 0, twice = 0, lamps = 0;
+};
+
+/// The network after the similarity that brings its points nearest to the check points.
+Network aligned(const Network& network, const std::vector<CheckPoint>& points) {
+  Vector3d from = Vector3d::Zero(), to = from;
+  const double count = static_cast<double>(points.size());
+  for (const CheckPoint& point : points) {
+    from += network.position_m(point.target) / count;
+    to += point.position_m / count;
+  }
+  Eigen::Matrix3d product = Eigen::Matrix3d::Zero();
+  double spread_from = 0, spread_to = 0;
+  for (const CheckPoint& point : points) {
+    const Vector3d a = network.position_m(point.target) - from, b = point.position_m - to;
+    product += b * a.transpose();
+    spread_from += a.squaredNorm();
+    spread_to += b.squaredNorm();
+  }
+  Similarity similarity;
+  similarity.rotation = nearest_rotation(product);
+  similarity.scale = std::sqrt(spread_to / spread_from);
+  similarity.translation = to - similarity.scale * (similarity.rotation * from);
+  return transformed(network, similarity);
+}
+
+HallErrors errors_of(const Survey& survey, const Scene& scene,
+                     const std::vector<MadePicture>& made) {
+  HallErrors errors;
+  const std::vector<int> truth = truth_of(survey, made);
+  std::vector<CheckPoint> points;
+  std::vector<bool> found(scene.lamps.size(), false);
+  for (std::size_t i = 0; i < truth.size(); ++i) {
+    if (truth[i] < 0) {
+      errors.wrong += truth[i] == -2;
+      continue;
+    }
+    errors.twice += found[truth[i]];
+    found[truth[i]] = true;
+    ++errors.lamps;
+    points.push_back({Target::of_point(static_cast<int>(i)), scene.lamps[truth[i]].centre_m});
+  }
+  const Network network = aligned(survey.adjustment.network, points);
+  const auto known = precision(network);
+  if (!known.ok() || points.size() < 4) return errors;
+  const auto checked = check_points(network, *known, points);
+  errors.rms_m = checked->rmse_3d_m;
+  // Each lamp alone, with the datum of all of them. The datum takes 7 of 3 n degrees of freedom.
+  double chi2 = 0;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Eigen::Matrix3d covariance = known->point(points[i].target.point);
+    chi2 += checked->errors_m[i].dot(covariance.inverse() * checked->errors_m[i]);
+  }
+  errors.nees = chi2 / (3 * static_cast<double>(points.size()));
+  return errors;
+}
+
+void campaign(int seeds) {
+  double nees = 0;
+  for (int seed = 1; seed <= seeds; ++seed) {
+    Random random(static_cast<std::uint64_t>(seed));
+    const Scene scene = hall(random);
+    const auto made = drive(scene, 3, 0.75, random);
+    SurveyOptions options;
+    options.ordered = true;
+    options.model_sigma_px = 1e-3;  // the blobs have no such error
+    options.threads = 1;
+    const auto found = survey(pictures_of(made), scene.camera, options);
+    ASSERT_TRUE(found.ok()) << "seed " << seed << ": " << found.message;
+    const HallErrors errors = errors_of(*found, scene, made);
+    EXPECT_EQ(errors.wrong, 0) << "seed " << seed;
+    EXPECT_EQ(errors.twice, 0) << "seed " << seed;
+    EXPECT_LT(errors.rms_m, 4 * 5e-3) << "seed " << seed;  // 5 mm per 10 m, over 40 m
+    std::cout << "seed " << seed << ": " << errors.lamps << " lamps of " << scene.lamps.size()
+              << ", rms " << 1e3 * errors.rms_m << " mm, nees " << errors.nees << ", sigma0 "
+              << found->adjustment.sigma0 << std::endl;
+    nees += errors.nees / seeds;
+  }
+  if (seeds >= 10) {
+    EXPECT_NEAR(nees, 1, 0.1 + 1 / std::sqrt(seeds));
+  }
+}
+
+TEST(Hall, ClosesTheLoopsOfARegularGrid) { campaign(1); }
+
+TEST(SlowHall, NeverClosesALoopWrongly) { campaign(20); }
+
+}  // namespace
+}  // namespace occ::test

@@ -1,0 +1,194 @@
+// SPDX-License-Identifier: Apache-2.0
+// Rooms, halls and the blobs of their lamps, for tests of surveys without a map.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Dense>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "libocc/core/math.hpp"
+#include "libocc/core/random.hpp"
+#include "libocc/geometry/rigid.hpp"
+#include "libocc/survey/survey.hpp"
+#include "tests/support/measured_blobs.hpp"
+
+namespace occ::test {
+
+using Eigen::Vector3d;
+
+inline Scene room_of(const std::vector<Vector3d>& lamps_m) {
+  Scene scene;
+  scene.camera = Camera::pinhole(1280, 960, 800, 800, 639.5, 479.5);
+  for (const Vector3d& at : lamps_m) {
+    Lamp lamp;
+    lamp.id = static_cast<int>(scene.lamps.size());
+    lamp.centre_m = at;
+    lamp.radius_m = 0.08;
+    lamp.validate();
+    scene.lamps.push_back(lamp);
+  }
+  return scene;
+}
+
+inline Scene uneven_room() {
+  return room_of({{0.8, 0.9, 2.7},
+                  {2.9, 0.7, 2.7},
+                  {1.7, 1.6, 2.7},
+                  {0.7, 2.8, 2.5},
+                  {2.6, 2.4, 2.7},
+                  {1.8, 3.3, 2.7}});
+}
+
+struct MadePicture {
+  SurveyPicture picture;
+  std::vector<int> lamps;  // of the scene, for each blob
+};
+
+/// Corners of a rectangle in the image, in the order of Blob::corners_px.
+inline std::vector<Eigen::Vector2d> corners_of(const Lamp& lamp, const Rigid3& pose,
+                                               const Camera& camera) {
+  const Vector3d a = 0.5 * lamp.size_m.x() * lamp.x_axis;
+  const Vector3d b = 0.5 * lamp.size_m.y() * lamp.normal.cross(lamp.x_axis);
+  std::vector<Eigen::Vector2d> corners;
+  for (const Vector3d& corner :
+       {Vector3d(a + b), Vector3d(a - b), Vector3d(-a - b), Vector3d(b - a)})
+    corners.push_back(camera.project(pose * (lamp.centre_m + corner)).value());
+  return corners;
+}
+
+/// Blobs of the lamps that are whole in the image, with the ellipse of their rims.
+inline MadePicture make_picture(const Scene& scene, const Rigid3& pose, const std::string& name,
+                                double noise_px, Random& random) {
+  MadePicture made;
+  made.picture.name = name;
+  for (std::size_t i = 0; i < scene.lamps.size(); ++i) {
+    const auto rim = project_rim(scene.lamps[i], pose, scene.camera, 40);
+    if (!rim) continue;
+    bool whole = true;
+    for (const auto& px : *rim)
+      whole = whole && px.x() > 1 && px.y() > 1 && px.x() < scene.camera.width() - 2 &&
+              px.y() < scene.camera.height() - 2;
+    if (!whole) continue;
+    Blob blob;
+    const double centre_sigma = std::max(noise_px, 1e-6);
+    blob.centroid_px = project_lamp_centre(scene.lamps[i], pose, scene.camera).value() +
+                       noise_2d(random, noise_px);
+    blob.covariance_px2 = square(centre_sigma) * Eigen::Matrix2d::Identity();
+    blob.rim = exact_rim(scene.lamps[i], pose, scene.camera, 40, 0.1, 0);
+    Eigen::Matrix2d moments = Eigen::Matrix2d::Zero();
+    Eigen::Vector2d low = rim->front(), high = low;
+    for (RimPoint& point : blob.rim) point.px += noise_px * random.normal() * point.normal;
+    for (const auto& px : *rim) {
+      moments += (px - blob.centroid_px) * (px - blob.centroid_px).transpose() / 20.0;
+      low = low.cwiseMin(px);
+      high = high.cwiseMax(px);
+    }
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> eigen(moments);
+    if (scene.lamps[i].shape == LampShape::rectangle)
+      blob.corners_px = corners_of(scene.lamps[i], pose, scene.camera);
+    blob.ellipse.centre_px = blob.centroid_px;
+    blob.ellipse.semi_minor_px = std::sqrt(eigen.eigenvalues()[0]);
+    blob.ellipse.semi_major_px = std::sqrt(eigen.eigenvalues()[1]);
+    blob.ellipse.angle_rad = std::atan2(eigen.eigenvectors()(1, 1), eigen.eigenvectors()(0, 1));
+    blob.x0 = static_cast<int>(low.x());
+    blob.y0 = static_cast<int>(low.y());
+    blob.x1 = static_cast<int>(high.x());
+    blob.y1 = static_cast<int>(high.y());
+    blob.flux_dn = 1000;
+    made.picture.blobs.push_back(blob);
+    made.lamps.push_back(static_cast<int>(i));
+  }
+  return made;
+}
+
+inline std::vector<MadePicture> walk(const Scene& scene, int count, std::uint64_t seed,
+                                     double noise_px = 0.03) {
+  Random random(seed);
+  std::vector<MadePicture> made;
+  Vector3d low = scene.lamps[0].centre_m, high = low;
+  for (const Lamp& lamp : scene.lamps) {
+    low = low.cwiseMin(lamp.centre_m);
+    high = high.cwiseMax(lamp.centre_m);
+  }
+  for (int i = 0; i < count; ++i) {
+    const Vector3d at(random.uniform(low.x(), high.x()), random.uniform(low.y(), high.y()),
+                      random.uniform(0, 0.6));
+    const Vector3d middle = 0.5 * (low + high);
+    const Vector3d target(0.6 * at.x() + 0.4 * middle.x() + random.uniform(-0.3, 0.3),
+                          0.6 * at.y() + 0.4 * middle.y() + random.uniform(-0.3, 0.3), 2.7);
+    const double turn = random.uniform(0, 2 * pi);
+    const Rigid3 pose = look_at(at, target, {std::cos(turn), std::sin(turn), 0});
+    made.push_back(make_picture(scene, pose, "picture " + std::to_string(i), noise_px, random));
+  }
+  return made;
+}
+
+inline std::vector<SurveyPicture> pictures_of(const std::vector<MadePicture>& made) {
+  std::vector<SurveyPicture> pictures;
+  for (const MadePicture& one : made) pictures.push_back(one.picture);
+  return pictures;
+}
+
+/// Lamp of the scene for each lamp of the survey; -2 if blobs of several lamps have its id.
+inline std::vector<int> truth_of(const Survey& survey, const std::vector<MadePicture>& made) {
+  std::vector<int> truth(survey.lamps.size(), -1);
+  for (std::size_t i = 0; i < made.size(); ++i)
+    for (std::size_t b = 0; b < made[i].lamps.size(); ++b) {
+      const int id = survey.lamp_of_blob[i][b];
+      if (id < 0) continue;
+      if (truth[id] == -1) truth[id] = made[i].lamps[b];
+      if (truth[id] != made[i].lamps[b]) truth[id] = -2;
+    }
+  return truth;
+}
+
+/// Largest difference between distances of lamps in the survey and in the scene.
+inline double worst_distance_m(const Survey& survey, const Scene& scene,
+                               const std::vector<int>& truth) {
+  double worst = 0;
+  for (std::size_t i = 0; i < truth.size(); ++i)
+    for (std::size_t j = 0; j < i; ++j) {
+      if (truth[i] < 0 || truth[j] < 0) return infinity;
+      const double found = (survey.lamps[i].lamp.centre_m - survey.lamps[j].lamp.centre_m).norm();
+      const double real = (scene.lamps[truth[i]].centre_m - scene.lamps[truth[j]].centre_m).norm();
+      worst = std::max(worst, std::abs(found - real));
+    }
+  return worst;
+}
+
+inline SurveyOptions with_distance(const Scene& scene, const std::vector<MadePicture>& made) {
+  const auto free = survey(pictures_of(made), scene.camera);
+  EXPECT_TRUE(free.ok()) << free.message;
+  const std::vector<int> truth = truth_of(*free, made);
+  SurveyOptions options;
+  if (truth.size() < 2) return options;
+  const int last = static_cast<int>(truth.size()) - 1;
+  const double length = (scene.lamps[truth[0]].centre_m - scene.lamps[truth[last]].centre_m).norm();
+  options.distances = {{0, last, length, 1e-4}};
+  return options;
+}
+
+/// Pictures of a camera that moves slowly below the lamps and turns, as frames of a video.
+inline std::vector<MadePicture> video(const Scene& scene, int count, std::uint64_t seed,
+                                      std::vector<Rigid3>& poses, double noise_px = 0.03) {
+  Random random(seed);
+  std::vector<MadePicture> made;
+  Vector3d middle = Vector3d::Zero();
+  for (const Lamp& lamp : scene.lamps)
+    middle += lamp.centre_m / static_cast<double>(scene.lamps.size());
+  for (int i = 0; i < count; ++i) {
+    const double turn = 2 * pi * i / count;
+    const Vector3d at(middle.x() + 0.5 * std::cos(turn), middle.y() + 0.4 * std::sin(2 * turn),
+                      0.3 + 0.2 * std::sin(turn));
+    const Vector3d target(middle.x() + 0.1 * std::cos(3 * turn), middle.y(), middle.z());
+    poses.push_back(look_at(at, target, {std::cos(turn), std::sin(turn), 0}));
+    made.push_back(
+        make_picture(scene, poses.back(), "frame " + std::to_string(i), noise_px, random));
+  }
+  return made;
+}
+
+}  // namespace occ::test
