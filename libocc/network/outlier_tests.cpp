@@ -20,6 +20,10 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 constexpr double min_redundancy = 1e-4;  // below it, the residual is numerical noise
+/// Of two distances, the redundancy of the more accurate one is the ratio of their variances; it
+/// may be the wrong one nevertheless. The residuals of distances and control points are accurate
+/// enough.
+constexpr double min_known_redundancy = 1e-9;
 
 /// Variance of a residual over that of its observation; `factor`: of the images' sigmas.
 double residual_variance(double redundancy, double factor) {
@@ -48,7 +52,7 @@ OutlierCandidate test_control(const Network& network, const NetworkState& state,
   Matrix3d covariance = Matrix3d::Zero();  // of the whitened residual
   for (int k = 0; k < 3; ++k) {
     const double redundancy = 1 - eigen.eigenvalues()[k];
-    if (redundancy < min_redundancy) continue;
+    if (redundancy < min_known_redundancy) continue;
     const double variance = residual_variance(redundancy, factor);
     const Vector3d direction = eigen.eigenvectors().col(k);
     squared += std::pow(direction.dot(whitened), 2) / variance;
@@ -108,7 +112,7 @@ OutlierCandidates find_outliers(const Network& network, const NetworkLayout& lay
   for (std::size_t i = 0; i < network.distances.size(); ++i) {
     const DistanceCofactor one =
         distance_cofactor(network, layout, state, network.distances[i], covariance);
-    if (!one.used || one.redundancy < min_redundancy) continue;
+    if (!one.used || one.redundancy < min_known_redundancy) continue;
     const double w = std::abs(one.residual) / std::sqrt(residual_variance(one.redundancy, scale));
     if (w > quantile) found.distances.push_back({static_cast<int>(i), w});
   }

@@ -98,6 +98,19 @@ TEST(GrossErrors, AWrongBarOfFourIsSaid) {
   EXPECT_NE(found.message.find("1 of 4 distances"), std::string::npos) << found.message;
 }
 
+TEST(GrossErrors, ALessAccurateBarIsNotToBlameForAContradiction) {
+  Network truth = test::line_network(6, 40);
+  test::add_distance(truth, 0, 9, 2e-5);
+  test::add_distance(truth, 3, 14, 5e-3);
+  for (const std::size_t wrong : {0U, 1U}) {
+    Network network = noisy_network(truth, 2, 0.01);
+    network.distances[wrong].length_m *= 1.05;
+    const auto found = adjust(network);
+    EXPECT_EQ(found.status, Status::ambiguous) << wrong;
+    EXPECT_TRUE(found->rejected_distances.empty());
+  }
+}
+
 TEST(GrossErrors, AWeakImageIsLeftOutAndTheRestIsAdjusted) {
   const Network truth = test::pinhole_network(9, 40);
   Network network = noisy_network(truth, 5, 0.02);
