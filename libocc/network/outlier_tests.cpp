@@ -20,7 +20,7 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 constexpr double min_redundancy = 1e-4;  // below it, the residual is numerical noise
-/// Of two distances, the redundancy of the more accurate one is the ratio of their variances; it
+/// The redundancy of the more accurate one of two distances is the ratio of their variances; it
 /// may be the wrong one nevertheless. The residuals of distances and control points are accurate
 /// enough.
 constexpr double min_known_redundancy = 1e-9;
