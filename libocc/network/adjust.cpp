@@ -290,14 +290,35 @@ class Adjuster {
                          options_.threads);
   }
 
-  /// Rejects the distance or control point with the largest residual. If another one may be the
-  /// wrong one as well, none is rejected.
+  /// True if all observations of one kind agree without this one.
+  bool agree_without(bool is_distance, int index) {
+    Network trial = network();
+    (is_distance ? trial.distances[index].used : trial.control[index].used) = false;
+    const NetworkLayout layout = layout_of(trial);
+    NetworkState state(trial);
+    MinimiseOptions options;
+    options.max_iterations = options_.max_iterations;
+    options.tolerance_sigma = options_.tolerance_sigma;
+    options.threads = options_.threads;
+    minimise(trial, layout, state, options, [](int, double) { return true; });
+    state.write_to(trial);
+    const OutlierCandidates found = find_outliers(trial, layout, scale_of(residual_lengths()),
+                                                  options_.false_alarm, options_.threads);
+    return (is_distance ? found.distances : found.control).empty();
+  }
+
+  /// Rejects the distance or control point with the largest residual. If all agree without it, but
+  /// without another one as well, either may be wrong, and none is rejected.
   bool reject_known(const std::vector<OutlierCandidate>& found, bool is_distance) {
     const auto name = [&](int index) {
       return is_distance ? name_of_distance(network(), index) : name_of_control(network(), index);
     };
     const OutlierCandidate& worst = found[0];
-    if (is_contradiction(found)) {
+    // Test values of observations that cannot be told apart are equal, apart from the
+    // linearisation.
+    constexpr double min_ratio = 0.5;
+    if (found.size() > 1 && found[1].normalised > min_ratio * worst.normalised &&
+        agree_without(is_distance, found[1].index) && agree_without(is_distance, worst.index)) {
       contradiction_ = name(worst.index) + " and " + name(found[1].index) +
                        " contradict each other, and either may be wrong; check both";
       return false;

@@ -135,11 +135,19 @@ class Report {
             (after_.of_point[i] == 2 ? ": an error along the rays' plane is not detected"
                                      : ": they may agree by chance"));
       }
-    for (std::size_t i = 0; i < given_.stations.size(); ++i)
-      if (layout_.stations[i] != none && after_.of_station[i] == 3)
-        out_.warnings.push_back(name_or(given_.stations[i], "station", i) +
+    for (std::size_t i = 0; i < given_.stations.size(); ++i) {
+      if (layout_.stations[i] == none) continue;
+      const std::string name = name_or(given_.stations[i], "station", i);
+      const int before = before_.of_station[i], after = after_.of_station[i];
+      if (after == 3)
+        out_.warnings.push_back(name +
                                 " has three image points: their errors are not detected, and "
                                 "another pose may fit them as well");
+      else if (2 * after <= before)
+        out_.warnings.push_back(name + " keeps " + std::to_string(after) + " of " +
+                                std::to_string(before) +
+                                " image points: its camera, its targets or its zoom may be others");
+    }
     if (out_.redundancy == 0) out_.warnings.push_back("the redundancy is 0: no error is detected");
   }
 

@@ -169,14 +169,4 @@ AgreeingObservations find_agreeing(const Network& network, double robust_scale, 
   return found;
 }
 
-bool is_contradiction(const std::vector<OutlierCandidate>& candidates) {
-  // If one of two observations is wrong, twice the log-likelihoods of both models differ by the
-  // difference of the squares. 18 is a ratio of 1e4; the ratio covers large residuals, whose
-  // squares depend on the linearisation.
-  constexpr double min_ratio = 0.98, min_difference = 18;
-  if (candidates.size() < 2) return false;
-  const double first = candidates[0].normalised, second = candidates[1].normalised;
-  return second > min_ratio * first || first * first - second * second < min_difference;
-}
-
 }  // namespace occ::internal::network

@@ -158,6 +158,20 @@ TEST(GrossErrors, AnImageOfAnotherRoomIsLeftOutWithItsStartValue) {
   EXPECT_NE(found.message.find("image points"), std::string::npos) << found.message;
 }
 
+TEST(GrossErrors, AnImageWithAnotherZoomIsNamed) {
+  const Network truth = test::pinhole_network(9, 40);
+  Network network = noisy_network(truth, 6, 0.02);
+  for (ImageObservation& observation : network.observations)
+    if (observation.image == 5)
+      observation.pixel =
+          Eigen::Vector2d(645, 470) + 1.05 * (observation.pixel - Eigen::Vector2d(645, 470));
+  const auto found = adjust(network);
+  ASSERT_TRUE(found.ok()) << found.message;
+  EXPECT_TRUE(is_named(found->warnings, "station s5"));
+  for (const RejectedObservation& one : found->rejected)
+    EXPECT_EQ(network.observations[one.observation].image, 5);
+}
+
 TEST(GrossErrors, AStationThatStartsElsewhereIsResected) {
   const Network truth = test::pinhole_network(8, 40);
   Network network = noisy_network(truth, 6, 0.02);

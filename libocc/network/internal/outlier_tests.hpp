@@ -41,7 +41,4 @@ struct AgreeingObservations {
 AgreeingObservations find_agreeing(const Network& network, double robust_scale, double false_alarm,
                                    int threads);
 
-/// Two largest normalised residuals are so close that either observation may be wrong.
-bool is_contradiction(const std::vector<OutlierCandidate>& candidates);
-
 }  // namespace occ::internal::network
