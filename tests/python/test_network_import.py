@@ -75,6 +75,15 @@ def test_one_sigma_replaces_those_of_the_files(tmp_path: Path) -> None:
         import_network(path, sigma_px=-1)
 
 
+def test_a_folder_of_one_aicon_network_is_read(tmp_path: Path) -> None:
+    path = write_aicon(tmp_path, aicon_files())
+    found, same = import_network(tmp_path), import_network(path)
+    assert found.network.point_names == same.network.point_names and found.notes == same.notes
+    (tmp_path / "other.phc").write_text("")
+    with pytest.raises(ValueError, match="is in none of the formats"):
+        import_network(tmp_path)
+
+
 def test_a_missing_file_of_aicon_is_named(tmp_path: Path) -> None:
     path = write_aicon(tmp_path, aicon_files())
     (tmp_path / "job.obc").unlink()

@@ -42,8 +42,8 @@ def import_network(
 ) -> Imported:
     """Reads a network of another program; the format follows from names and first lines.
 
-    path: one of AICON's files, PhotoModeler's text export, DBAT's script, COLMAP's folder, BAL's problem, or
-    Kalibr's camchain.yaml.
+    path: one of AICON's files or their folder, PhotoModeler's text export, DBAT's script, COLMAP's folder, BAL's
+    problem, or Kalibr's camchain.yaml.
     control: control points for PhotoModeler's export (DBAT's table: id, label, x, y, z and sigmas).
     target: file of a target for Kalibr's camchain.yaml; it becomes a fixed body.
     sigma_px: standard deviation of all image points, in place of those of the files.

@@ -22,8 +22,14 @@ EOR = ("image", "camera", "x", "y", "z", "omega", "phi", "kappa", "order", "acti
 FREE = ("f_px", "cx_px", "cy_px", "a1", "a2", "a3", "b1", "b2")
 
 
+def main_file(path: Path) -> Path:
+    """The only .phc file of a folder; other paths as they are."""
+    files = sorted(path.glob("*.[pP][hH][cC]")) if path.is_dir() else []
+    return files[0] if len(files) == 1 else path
+
+
 def is_aicon(path: Path) -> bool:
-    return path.suffix.lower() in SUFFIXES
+    return main_file(path).suffix.lower() in SUFFIXES
 
 
 class AiconCamera:
@@ -212,11 +218,13 @@ class AiconReader:
 
 
 def read_aicon(path: str | Path, *, sigma_px: float | None = None) -> Imported:
-    """Reads a network of AICON 3D Studio; path: any of its files. sigma_px: in place of the file's sigmas.
+    """Reads a network of AICON 3D Studio; path: any of its files, or a folder with one network.
+
+    sigma_px: standard deviation of all image points, in place of those of the file.
 
     Raises: OSError; ValueError naming file, line, field and value.
     """
-    reader = AiconReader(Path(path), sigma_px)
+    reader = AiconReader(main_file(Path(path)), sigma_px)
     reader.read_points()
     reader.read_images()
     reader.read_observations()
