@@ -28,7 +28,7 @@ class BodyTrial {
         state_(state),
         body_(body),
         observations_(observations),
-        limit_squared_(limit * limit) {}
+        limit_(limit) {}
 
   BodyPlacement placement() const { return {state_.bodies[body_], state_.scales[body_]}; }
   void place(const BodyPlacement& where) {
@@ -36,15 +36,7 @@ class BodyTrial {
     state_.scales[body_] = where.scale;
   }
 
-  std::vector<char> inliers() const {
-    std::vector<char> is_inlier;
-    for (const int i : observations_) {
-      double r[2];
-      is_inlier.push_back(residual_of(network_, state_, network_.observations[i], r) &&
-                          r[0] * r[0] + r[1] * r[1] < limit_squared_);
-    }
-    return is_inlier;
-  }
+  std::vector<char> inliers() const { return inliers_at(network_, state_, observations_, limit_); }
 
   /// Gauss-Newton steps on the inliers while their number does not decrease.
   void refine(std::vector<char>& is_inlier) {
@@ -110,10 +102,21 @@ class BodyTrial {
   NetworkState& state_;
   int body_;
   const std::vector<int>& observations_;
-  double limit_squared_;
+  double limit_;
 };
 
 }  // namespace
+
+std::vector<char> inliers_at(const Network& network, const NetworkState& state,
+                             const std::vector<int>& observations, double limit) {
+  std::vector<char> is_inlier;
+  for (const int i : observations) {
+    double r[2];
+    is_inlier.push_back(residual_of(network, state, network.observations[i], r) &&
+                        r[0] * r[0] + r[1] * r[1] < limit * limit);
+  }
+  return is_inlier;
+}
 
 std::vector<std::vector<int>> observations_of_bodies(const Network& network,
                                                      const NetworkLayout& layout) {

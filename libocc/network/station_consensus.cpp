@@ -23,20 +23,12 @@ class StationTrial {
         state_(state),
         station_(station),
         observations_(observations),
-        limit_squared_(limit * limit) {}
+        limit_(limit) {}
 
   const Rigid3& pose() const { return state_.stations[station_]; }
   void place(const Rigid3& pose) { state_.stations[station_] = pose; }
 
-  std::vector<char> inliers() const {
-    std::vector<char> is_inlier;
-    for (const int i : observations_) {
-      double r[2];
-      is_inlier.push_back(residual_of(network_, state_, network_.observations[i], r) &&
-                          r[0] * r[0] + r[1] * r[1] < limit_squared_);
-    }
-    return is_inlier;
-  }
+  std::vector<char> inliers() const { return inliers_at(network_, state_, observations_, limit_); }
 
   /// Gauss-Newton steps on the inliers while their number does not decrease.
   void refine(std::vector<char>& is_inlier) {
@@ -93,7 +85,7 @@ class StationTrial {
   NetworkState& state_;
   int station_;
   const std::vector<int>& observations_;
-  double limit_squared_;
+  double limit_;
 };
 
 }  // namespace

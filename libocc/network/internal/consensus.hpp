@@ -45,6 +45,10 @@ struct PointConsensus {
 PointConsensus point_consensus(const Network& network, const NetworkState& state, int point,
                                const std::vector<int>& observations, double limit);
 
+/// For each of these image observations: 1 if the length of its residual is below `limit` sigmas.
+std::vector<char> inliers_at(const Network& network, const NetworkState& state,
+                             const std::vector<int>& observations, double limit);
+
 struct BodyConsensus {
   Rigid3 world_from_body;
   double scale = 1;
