@@ -142,9 +142,7 @@ void add_excluded(const RefinementAhead& ahead, const std::vector<Hypothesis>& e
   if (excluded.empty() || !best.refined.ok()) return;
   RefineOptions options = ahead.options;
   options.rung = std::min(options.rung, Rung::rims);
-  const double probability = best.probability;
   std::vector<RankedPose> rivals;
-  double sum = 1;
   for (const Hypothesis& hypothesis : excluded) {
     options.prior =
         internal::identify::believed_at(*ahead.options.prior, hypothesis.cam_from_world);
@@ -154,16 +152,10 @@ void add_excluded(const RefinementAhead& ahead, const std::vector<Hypothesis>& e
     if (!rival.refined.ok()) continue;
     rival.hypothesis = &hypothesis;
     rival.fits = true;
-    rival.probability = probability * share_of_excluded(ahead, best, rival);
-    sum += rival.probability;
+    rival.probability = best.probability * share_of_excluded(ahead, best, rival);
     rivals.push_back(std::move(rival));
   }
-  for (RankedPose& rival : rivals) refinement.poses.push_back(std::move(rival));
-  for (RankedPose& pose : refinement.poses) pose.probability /= sum;
-  refinement.none /= sum;
-  std::stable_sort(
-      refinement.poses.begin(), refinement.poses.end(),
-      [](const RankedPose& a, const RankedPose& b) { return a.probability > b.probability; });
+  append_rivals(std::move(rivals), refinement);
 }
 
 bool is_excluded(const std::optional<Prior>& prior, const Rigid3& cam_from_world) {

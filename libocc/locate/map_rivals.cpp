@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "libocc/identify/internal/assignment_problem.hpp"
+#include "libocc/refine/internal/estimated_map.hpp"
 #include "libocc/refine/internal/lamp_contradictions.hpp"
 
 namespace occ::internal::locate {
@@ -34,16 +35,20 @@ double max_map_sigma_m(const Refined& refined) {
   return *refined.estimated_map_sigma_m * std::sqrt(few_lamps_factor(std::max(1, dof)));
 }
 
-Scene with_map_errors(Scene scene, double sigma_m) {
-  for (Lamp& lamp : scene.lamps) {
-    const Eigen::Vector3d stated_m =
-        scene.position_sigma_m(lamp).value_or(PerAxis(Eigen::Vector3d::Zero()));
-    lamp.position_sigma_m = Eigen::Vector3d(stated_m.cwiseMax(sigma_m));
-  }
-  return scene;
-}
-
 }  // namespace
+
+void append_rivals(std::vector<RankedPose> rivals, Refinement& refinement) {
+  double sum = 1;
+  for (RankedPose& rival : rivals) {
+    sum += rival.probability;
+    refinement.poses.push_back(std::move(rival));
+  }
+  for (RankedPose& pose : refinement.poses) pose.probability /= sum;
+  refinement.none /= sum;
+  std::stable_sort(
+      refinement.poses.begin(), refinement.poses.end(),
+      [](const RankedPose& a, const RankedPose& b) { return a.probability > b.probability; });
+}
 
 void add_rivals_of_wrong_map(const RefinementAhead& ahead, const std::function<double()>& elapsed_s,
                              std::deque<Hypothesis>& found, Refinement& refinement) {
@@ -57,29 +62,25 @@ void add_rivals_of_wrong_map(const RefinementAhead& ahead, const std::function<d
                               ahead.options,     ahead.costs,           ahead.max_candidates,
                               ahead.identify,    ahead.budget_s,        ahead.target_sigma_m,
                               nullptr,           again->excluded_listed};
-  Refinement rivals = refine_hypotheses(loose, elapsed_s);
-  double of_best = 0, sum = 1;
-  for (const RankedPose& pose : rivals.poses)
+  Refinement refined = refine_hypotheses(loose, elapsed_s);
+  double of_best = 0;
+  for (const RankedPose& pose : refined.poses)
     if (same_assignment(pose, best)) of_best += pose.probability;
-  for (RankedPose& pose : rivals.poses) {
+  std::vector<RankedPose> rivals;
+  for (RankedPose& pose : refined.poses) {
     const bool is_known =
         std::any_of(refinement.poses.begin(), refinement.poses.end(),
                     [&](const RankedPose& other) { return same_assignment(pose, other); });
     if (is_known || !pose.fits) continue;
-    // Both fits allow for the same errors, so their probabilities are comparable.
-    // Where the search does not find the best pose again, the verdict shall be doubt.
+    // Both fits allow for the same errors, so their probabilities are comparable. The verdict shall
+    // be doubt if the search does not find the best pose again.
     constexpr double smallest = 0.01;
     pose.probability *= best.probability / std::max(of_best, smallest);
-    sum += pose.probability;
     found.push_back(*pose.hypothesis);
     pose.hypothesis = &found.back();
-    refinement.poses.push_back(std::move(pose));
+    rivals.push_back(std::move(pose));
   }
-  for (RankedPose& pose : refinement.poses) pose.probability /= sum;
-  refinement.none /= sum;
-  std::stable_sort(
-      refinement.poses.begin(), refinement.poses.end(),
-      [](const RankedPose& a, const RankedPose& b) { return a.probability > b.probability; });
+  append_rivals(std::move(rivals), refinement);
 }
 
 }  // namespace occ::internal::locate

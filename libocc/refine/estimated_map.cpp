@@ -118,14 +118,8 @@ struct Problem {
     return fit(rung, errors, exact.cam_from_world);
   }
   Result<Refined> fit(Rung rung, const EstimatedErrors& errors, const Rigid3& start) const {
-    Scene wrong = scene;
-    for (Lamp& lamp : wrong.lamps) {
-      lamp.size_sigma = std::max(lamp.size_sigma, errors.size_sigma);
-      if (!(errors.map_sigma_m > 0)) continue;
-      const Eigen::Vector3d stated_m =
-          scene.position_sigma_m(lamp).value_or(PerAxis(Eigen::Vector3d::Zero()));
-      lamp.position_sigma_m = Eigen::Vector3d(stated_m.cwiseMax(errors.map_sigma_m));
-    }
+    Scene wrong = errors.map_sigma_m > 0 ? with_map_errors(scene, errors.map_sigma_m) : scene;
+    for (Lamp& lamp : wrong.lamps) lamp.size_sigma = std::max(lamp.size_sigma, errors.size_sigma);
     RefineOptions with_rung = options;
     with_rung.rung = rung;
     return refine_as_stated(start, matches, blobs, wrong, with_rung, nullptr);
@@ -183,6 +177,15 @@ std::optional<Refined> with_errors_of_residuals(const Problem& problem) {
 }
 
 }  // namespace
+
+Scene with_map_errors(Scene scene, double sigma_m) {
+  for (Lamp& lamp : scene.lamps) {
+    const Eigen::Vector3d stated_m =
+        scene.position_sigma_m(lamp).value_or(PerAxis(Eigen::Vector3d::Zero()));
+    lamp.position_sigma_m = Eigen::Vector3d(stated_m.cwiseMax(sigma_m));
+  }
+  return scene;
+}
 
 Result<Refined> with_estimated_map(const Result<Refined>& exact, const std::vector<Match>& matches,
                                    const std::vector<Blob>& blobs, const Scene& scene,

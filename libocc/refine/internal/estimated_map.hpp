@@ -22,4 +22,7 @@ LIBOCC_API Result<Refined> with_estimated_map(const Result<Refined>& exact,
                                               const std::vector<Blob>& blobs, const Scene& scene,
                                               const RefineOptions& options);
 
+/// Scene in which the position of each lamp has at least this standard deviation.
+LIBOCC_API Scene with_map_errors(Scene scene, double sigma_m);
+
 }  // namespace occ::internal::refine

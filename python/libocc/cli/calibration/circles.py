@@ -18,7 +18,7 @@ from ..._core import (
     find_circle_grid,
 )
 from ..progress import Advance
-from .pictures import read_pixels, short_names
+from .pictures import find_in_images, short_names
 
 
 def grid_points(columns: int, rows: int, asymmetric: bool, spacing_m: float) -> NDArray[np.float64]:
@@ -34,19 +34,9 @@ def find_grids(
 
     Raises: OSError; ValueError naming the file.
     """
-    found, sizes = [], []
-    for path in images:
-        try:
-            pixels = read_pixels(path)
-            found.append(find_circle_grid(
-                pixels, columns, rows, asymmetric=asymmetric, progress=lambda *_: advance(0)
-            ))
-        except (OSError, ValueError) as error:
-            text = str(error)
-            raise type(error)(text if text.startswith(path) else f"{path}: {text}") from error
-        sizes.append((pixels.shape[1], pixels.shape[0]))
-        advance()
-    return found, sizes
+    return find_in_images(images, lambda pixels: find_circle_grid(
+        pixels, columns, rows, asymmetric=asymmetric, progress=lambda *_: advance(0)
+    ), advance)
 
 
 def network_of_grids(

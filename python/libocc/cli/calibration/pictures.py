@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Detection of tags and chessboards in images, and initial networks from the detections."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -143,21 +143,31 @@ def board_points(columns: int, rows: int, square_m: float) -> NDArray[np.float64
     return np.column_stack([grid, np.zeros(len(grid))])
 
 
-def find_boards(
-    images: Sequence[str], columns: int, rows: int, advance: Advance
+def find_in_images(
+    images: Sequence[str], find: Callable[[Any], Any], advance: Advance
 ) -> tuple[list[Any], list[tuple[int, int]]]:
-    """(corners (n, 2), covariances) of each image, or None."""
+    """Result of `find` for the pixels of each image, and the size (width, height) of each image.
+
+    Raises: OSError; ValueError naming the file.
+    """
     found, sizes = [], []
     for path in images:
         try:
             pixels = read_pixels(path)
-            found.append(find_chessboard(pixels, columns, rows))
+            found.append(find(pixels))
         except (OSError, ValueError) as error:
             text = str(error)
             raise type(error)(text if text.startswith(path) else f"{path}: {text}") from error
         sizes.append((pixels.shape[1], pixels.shape[0]))
         advance()
     return found, sizes
+
+
+def find_boards(
+    images: Sequence[str], columns: int, rows: int, advance: Advance
+) -> tuple[list[Any], list[tuple[int, int]]]:
+    """(corners (n, 2), covariances) of each image, or None, and the sizes; raises as find_in_images()."""
+    return find_in_images(images, lambda pixels: find_chessboard(pixels, columns, rows), advance)
 
 
 def network_of_boards(
