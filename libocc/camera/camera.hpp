@@ -31,6 +31,10 @@ struct Ray {
   Eigen::Vector3d direction;  ///< unit
 };
 
+/// Name of a change of both focal lengths, fx_px and fy_px, that keeps their ratio; its unit is that
+/// of fx_px.
+inline constexpr const char* common_focal_length = "f_px";
+
 /// Camera of any model; immutable and cheap to copy.
 class LIBOCC_API Camera {
  public:
@@ -125,7 +129,8 @@ class LIBOCC_API Camera {
   /// symmetric and positive semidefinite of parameters().size() rows.
   Camera with_parameter_covariance(const Eigen::MatrixXd& covariance) const;
   /// This camera with independent errors of the parameters with these names and standard
-  /// deviations. Distortion coefficients of a pinhole or fisheye model that the camera does not
+  /// deviations; f_px is an error of both focal lengths that keeps their ratio, in pixels of fx_px.
+  /// Distortion coefficients of a pinhole or fisheye model that the camera does not
   /// have are added with the value zero. Throws std::invalid_argument for a name that the model
   /// does not have, for a sigma that is negative or not finite, and if all are zero.
   Camera with_parameter_sigmas(const std::map<std::string, double>& sigmas) const;

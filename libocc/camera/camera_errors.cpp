@@ -111,19 +111,33 @@ Camera Camera::with_parameter_covariance(const Eigen::MatrixXd& covariance) cons
 
 Camera Camera::with_parameter_sigmas(const std::map<std::string, double>& sigmas) const {
   Camera changed = *this;
+  const int fx = index_of(*this, "fx_px"), fy = index_of(*this, "fy_px");
+  const auto is_common = [&](const std::string& name) {
+    return name == common_focal_length && fx >= 0 && fy >= 0;
+  };
   for (const auto& [name, sigma] : sigmas) {
-    changed = index_of(changed, name) < 0 ? with_parameter(changed, name) : changed;
-    require(index_of(changed, name) >= 0, "parameter_sigmas", "`" + name + "`",
+    if (!is_common(name) && index_of(changed, name) < 0) changed = with_parameter(changed, name);
+    require(is_common(name) || index_of(changed, name) >= 0, "parameter_sigmas", "`" + name + "`",
             "standard deviations of parameters that a " + std::string(name_of(kind())) +
                 " camera has: " + names_of(*this));
     require(sigma >= 0 && std::isfinite(sigma), "parameter_sigmas." + name, sigma,
             "zero or positive");
   }
-  Eigen::VectorXd variances = Eigen::VectorXd::Zero(changed.model_->parameter_count());
-  for (const auto& [name, sigma] : sigmas) variances[index_of(changed, name)] = sigma * sigma;
-  require(sigmas.empty() || variances.maxCoeff() > 0, "parameter_sigmas", 0.0,
+  const Eigen::Index count = changed.model_->parameter_count();
+  Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(count, count);
+  for (const auto& [name, sigma] : sigmas) {
+    Eigen::VectorXd change = Eigen::VectorXd::Zero(count);
+    if (is_common(name)) {
+      change[fx] = sigma;
+      change[fy] = sigma * fy_px() / fx_px();
+    } else {
+      change[index_of(changed, name)] = sigma;
+    }
+    covariance += change * change.transpose();
+  }
+  require(sigmas.empty() || covariance.diagonal().maxCoeff() > 0, "parameter_sigmas", 0.0,
           "positive for one parameter or more; leave them out if the camera is exact");
-  return changed.with_parameter_covariance(variances.asDiagonal());
+  return changed.with_parameter_covariance(covariance);
 }
 
 }  // namespace occ

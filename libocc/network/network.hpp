@@ -150,12 +150,9 @@ struct Network {
   LIBOCC_API int add_image(const std::string& name, int camera, const Rigid3& cam_from_world);
 };
 
-/// Name of a free parameter for both focal lengths: it scales fx_px and fy_px together and keeps
-/// their ratio. Its value is fx_px. It excludes fx_px and fy_px from the free parameters.
-inline constexpr const char* common_focal_length = "f_px";
-
-/// Name, unit and value of a free parameter: one of Camera::parameters(), or f_px for cameras with
-/// fx_px and fy_px. Throws std::invalid_argument for another name.
+/// Name, unit and value of a free parameter: one of Camera::parameters(), or f_px
+/// (common_focal_length, which excludes fx_px and fy_px) for cameras with these. Throws
+/// std::invalid_argument for another name.
 LIBOCC_API CameraParameter free_parameter(const Camera& camera, const std::string& name);
 
 /// Camera with another value of a free parameter; f_px keeps the ratio of fx_px and fy_px. Throws

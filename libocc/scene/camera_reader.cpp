@@ -48,7 +48,7 @@ bool is_brown(CameraKind kind) {
   return kind == CameraKind::brown_forward || kind == CameraKind::brown_backward;
 }
 
-/// Names of all parameters that a camera of this model can have.
+/// Names of all parameters that a camera of this model can have, and of the common focal length.
 std::vector<std::string> parameter_names(const Camera& camera) {
   const Camera longest = camera.is_pinhole()
                              ? Camera::pinhole(1, 1, 1, 1, 0, 0, std::vector<double>(14))
@@ -58,7 +58,10 @@ std::vector<std::string> parameter_names(const Camera& camera) {
                              ? Camera::brown_backward(1, 1, 1, 1, 0, 0, std::vector<double>(7), 1)
                              : camera;
   std::vector<std::string> names;
-  for (const CameraParameter& parameter : longest.parameters()) names.push_back(parameter.name);
+  for (const CameraParameter& parameter : longest.parameters()) {
+    names.push_back(parameter.name);
+    if (parameter.name == "fx_px") names.emplace_back(common_focal_length);
+  }
   return names;
 }
 

@@ -4,6 +4,7 @@
 // line, key and value. data/scenes/README.md documents the keys.
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include "libocc/scene/camera_file.hpp"
@@ -17,7 +18,9 @@ inline constexpr int scene_schema_version = 1;
 /// Reads a scene. Its `camera:` section may instead name a file of libocc, OpenCV or ROS with the
 /// camera (`camera: {file: camera.yaml}`, relative to the scene's folder). Throws
 /// std::runtime_error "FILE:LINE: key `lamps[2].radius_m`: must be positive, got -0.1".
-LIBOCC_API Scene read_scene(const std::string& path);
+/// `camera`, if given, replaces this section, which the file then need not have.
+LIBOCC_API Scene read_scene(const std::string& path,
+                            const std::optional<Camera>& camera = std::nullopt);
 
 /// Reads a scene from text; messages use `name` in place of a file name.
 LIBOCC_API Scene parse_scene(const std::string& text, const std::string& name = "<text>");

@@ -183,11 +183,13 @@ Effects read_effects(YamlSection section) {
   return effects;
 }
 
-Scene read_scene_root(const std::shared_ptr<const YamlNode>& node, const std::string& name) {
+Scene read_scene_root(const std::shared_ptr<const YamlNode>& node, const std::string& name,
+                      const std::optional<Camera>& camera) {
   YamlSection root(node, node->line, name, "");
   root.require_schema("libocc-scene/", scene_schema_version);
   Scene scene;
-  scene.camera = read_camera_section(root);
+  if (camera && root.has("camera")) root.section("camera");  // known, but not read
+  scene.camera = camera ? *camera : read_camera_section(root);
   if (root.has("sensor")) scene.sensor = read_sensor(root.section("sensor"));
   scene.lamps = read_lamps(root);
   if (root.has("lens")) scene.lens = read_lens(root.section("lens"));
@@ -205,10 +207,12 @@ Scene read_scene_root(const std::shared_ptr<const YamlNode>& node, const std::st
 
 }  // namespace
 
-Scene read_scene(const std::string& path) { return read_scene_root(read_yaml(path), path); }
+Scene read_scene(const std::string& path, const std::optional<Camera>& camera) {
+  return read_scene_root(read_yaml(path), path, camera);
+}
 
 Scene parse_scene(const std::string& text, const std::string& name) {
-  return read_scene_root(parse_yaml(text, name), name);
+  return read_scene_root(parse_yaml(text, name), name, std::nullopt);
 }
 
 }  // namespace occ

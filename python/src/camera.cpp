@@ -335,7 +335,8 @@ refine(), locate() and pose_bound() estimate these errors together with the pose
 covariance contains them.
 Raises: ValueError for another size, or if it is not symmetric and positive semidefinite.)")
       .def("with_parameter_sigmas", &Camera::with_parameter_sigmas, py::arg("sigmas"),
-           R"(Returns this camera with independent errors of its parameters: {name: sigma}.
+           R"(Returns this camera with independent errors of its parameters: {name: sigma}; f_px: of
+both focal lengths, whose ratio is kept, in pixels of fx_px.
 
 Raises: ValueError for a name that the model does not have, for a sigma that is negative or not
 finite, and if all are zero.)")
@@ -403,7 +404,8 @@ Pixel (0, 0) is the centre of the first pixel; camera axes: x right, y down, z f
 width, height: [px]; fx_px, fy_px, cx_px, cy_px: focal lengths and principal point.
 distortion: 0, 4, 5, 8, 12 or 14 coefficients in OpenCV's order k1 k2 p1 p2 k3 k4 k5 k6 s1 ...
 parameter_sigmas: standard deviations of the errors of parameters by name, such as
-{"fx_px": 3, "fy_px": 3, "k1": 0.02}; coefficients that `distortion` does not have are added as
+{"fx_px": 3, "fy_px": 3, "k1": 0.02}; f_px is an error of both focal lengths that keeps their
+ratio, in pixels of fx_px; coefficients that `distortion` does not have are added as
 zeros. None: the camera is exact. Poses allow for these errors, see with_parameter_covariance.
 Raises: ValueError naming the argument and its value.)")
       .def_property_readonly("width", &Camera::width, "Columns [px].")

@@ -80,10 +80,14 @@ Raises: ValueError naming the part, the field and its value.
            py::arg("ambient_w_m2") = 0.0, py::arg("effects") = py::none(),
            py::arg("tags") = std::vector<Tag>{}, py::arg("map_sigma_m") = py::none())
       .def_static(
-          "load", [](const std::filesystem::path& path) { return reading(path, &read_scene); },
-          py::arg("path"),
+          "load",
+          [](const std::filesystem::path& path, const std::optional<Camera>& camera) {
+            return reading(path, [&](const std::string& name) { return read_scene(name, camera); });
+          },
+          py::arg("path"), py::kw_only(), py::arg("camera") = py::none(),
           R"(Reads a scene from a YAML file (the schema is in data/scenes/README.md).
 
+camera: replaces the section `camera`, which the file then need not have.
 Raises: FileNotFoundError or OSError when it cannot be opened; ValueError naming file, line, key
   and value.)")
       .def(

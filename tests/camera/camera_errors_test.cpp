@@ -58,6 +58,20 @@ TEST(CameraErrors, ACoefficientThatTheCameraDoesNotHaveIsAdded) {
   EXPECT_EQ(*plain.project(point), *plain.with_parameter_sigmas({{"k1", 0.1}}).project(point));
 }
 
+TEST(CameraErrors, ACommonErrorOfBothFocalLengthsKeepsTheirRatio) {
+  const Camera camera = lens().with_parameter_sigmas({{"f_px", 10}, {"fy_px", 1}, {"k1", 0.1}});
+  const Eigen::MatrixXd covariance = camera.parameter_covariance();
+  EXPECT_DOUBLE_EQ(covariance(0, 0), 100);
+  EXPECT_DOUBLE_EQ(covariance(0, 1), 102);  // 10 * 10 * 510 / 500
+  EXPECT_DOUBLE_EQ(covariance(1, 1), 10.2 * 10.2 + 1);
+  EXPECT_EQ(camera.root_of_covariance().cols(), 3);
+  const Camera sphere = Camera::equirectangular(3600, 1800, 1e-3, 1000, 1800, 900);
+  EXPECT_NE(test::complaint<std::invalid_argument>([&] {
+              sphere.with_parameter_sigmas({{"f_px", 1}});
+            }).find("`f_px`"),
+            std::string::npos);
+}
+
 TEST(CameraErrors, OtherCamerasKeepThem) {
   const Camera camera = lens().with_parameter_sigmas({{"fx_px", 3}, {"k1", 0.02}});
   const Eigen::VectorXd values = Eigen::VectorXd::Constant(9, 0.01).array() + 1;

@@ -149,5 +149,33 @@ TEST(SceneWithCameraFile, NamesTheWrongKeyOfTheCameraFile) {
   }
 }
 
+TEST(SceneWithCameraFile, AGivenCameraReplacesTheSection) {
+  const std::string lamps = "lamps: [{id: 0, centre_m: [0, 0, 3], radius_m: 0.1}]\n";
+  const Camera camera =
+      Camera::pinhole(100, 80, 90, 90, 50, 40).with_parameter_sigmas({{"f_px", 2}});
+  for (const std::string section :
+       {"", "camera: {width_px: 9, height_px: 9, fx_px: 9}\n", "camera: {file: absent.yaml}\n"}) {
+    const test::Folder folder;
+    const Scene scene =
+        read_scene(folder.file("scene.yaml", "schema: libocc-scene/1\n" + section + lamps), camera);
+    EXPECT_EQ(scene.camera.width(), 100);
+    EXPECT_EQ(scene.camera.parameter_covariance(), camera.parameter_covariance());
+    EXPECT_EQ(scene.lamps.size(), 1U);
+  }
+}
+
+TEST(SceneWithCameraFile, ACommonErrorOfTheFocalLengthsIsReadAndSurvives) {
+  const Scene scene = parse_scene(
+      "schema: libocc-scene/1\n"
+      "camera: {width_px: 9, height_px: 9, fx_px: 20, fy_px: 10, parameter_sigmas: {f_px: 2}}\n"
+      "lamps: []\n");
+  const Eigen::MatrixXd covariance = scene.camera.parameter_covariance();
+  EXPECT_EQ(covariance(0, 0), 4);
+  EXPECT_EQ(covariance(0, 1), 2);
+  EXPECT_EQ(covariance(1, 1), 1);
+  EXPECT_EQ(parse_scene(format_scene(scene)).camera.parameter_covariance(),
+            scene.camera.parameter_covariance());
+}
+
 }  // namespace
 }  // namespace occ
