@@ -73,25 +73,26 @@ LampInCam LampRim::lamp_at(const Rigid3& cam_from_world) const {
   return with_error(lamp, error_, cam_from_world);
 }
 
-/// Errors of the camera move the images of the rim's points by n . (d pixel / d errors) along the
-/// rim's normal. That is evaluated at the predicted points: at the measured ones it would correlate
-/// with their noise, and the camera's estimate would have a bias.
-void LampRim::linearise_camera(const LampInCam& lamp) {
-  by_shared_.setZero(all_.shared_errors.count(), rows_.cols());
-  const Eigen::Index of_camera = all_.shared_errors.camera_count();
-  if (of_camera == 0) return;
-  for (Eigen::Index i = 0; i < rows_.cols(); ++i) {
-    const RimObservation& point = points_[i];
-    const Eigen::Vector3d by_shift = rows_.col(i).segment<3>(3);
-    if (by_shift.isZero(0)) continue;  // lost
-    const Eigen::Vector3d measured =
-        point.ray.origin + lamp.centre_m.norm() * point.ray.bearing.normalized();
-    const Eigen::Vector3d predicted =
-        measured + rows_(residual_index, i) / by_shift.squaredNorm() * by_shift;
-    by_shared_.col(i).head(of_camera) =
-        -point.inverse_sigma * all_.shared_errors.by_camera(scene_.camera, predicted).transpose() *
-        point.normal;
-  }
+/// Where the errors of the camera are unknowns, derivatives by these and by the pose belong to the
+/// point of the predicted rim instead of the measured one. Those would correlate with the noise of
+/// the points: if a camera looks straight at a ceiling, so that the prior alone determines its
+/// focal length, thousands of points would move that by many of its sigmas. Errors of the camera
+/// move the image of the point by n . (d pixel / d errors) along the rim's normal n.
+void LampRim::linearise_on_rim(Eigen::Index index, double distance_px, const LampInCam& lamp,
+                               Eigen::Matrix<double, 1, 6>& d_lamp) {
+  const RimObservation& point = points_[index];
+  const RimPoint on_rim{point.px - distance_px * point.normal, point.normal};
+  const std::optional<RimRay> ray = rim_ray(on_rim, scene_.camera);
+  if (!ray || !rim_distance_px(lamp, *ray, &d_lamp)) return;
+  const Eigen::Vector3d at = ray->origin + lamp.centre_m.norm() * ray->bearing.normalized();
+  Eigen::Matrix<double, 2, 3> by_point;
+  if (!scene_.camera.project(at, &by_point)) return;
+  // The normal of the predicted rim, scaled to a distance of one pixel along the measured normal.
+  Eigen::Vector2d normal =
+      (by_point * by_point.transpose()).inverse() * by_point * d_lamp.tail<3>().transpose();
+  normal /= normal.dot(point.normal);
+  by_shared_.col(index).head(all_.shared_errors.camera_count()) =
+      -point.inverse_sigma * all_.shared_errors.by_camera(scene_.camera, at).transpose() * normal;
 }
 
 /// The last estimate, moved to `state` along its derivatives. Far away it says nothing.
@@ -192,6 +193,7 @@ int LampRim::linearise_rim(const State& state, const Eigen::Vector3d& pivot) {
   const double growth_slope = lamp_.blob->saturated ? -1 : 0;
   arm_ = in_cam.centre_m - pivot;
   lost_ = 0;
+  by_shared_.setZero(all_.shared_errors.count(), rows_.cols());
   Eigen::Matrix<double, 1, 6> d_lamp;
   for (Eigen::Index i = 0; i < rows_.cols(); ++i) {
     const std::optional<double> distance = rim_distance_px(in_cam, points_[i].ray, &d_lamp);
@@ -202,12 +204,12 @@ int LampRim::linearise_rim(const State& state, const Eigen::Vector3d& pivot) {
       continue;
     }
     if (weights_[i] == 0) weights_[i] = 1;
+    if (all_.shared_errors.camera_count() > 0) linearise_on_rim(i, *distance, in_cam, d_lamp);
     const double off = *distance + growth_slope * state.growth_px - points_[i].normal.dot(shift);
     rows_.col(i) << d_lamp.transpose(), growth_slope, off, common_errors(points_[i].normal);
     rows_.col(i) *= points_[i].inverse_sigma;
   }
   if (all_.shared_errors.count() > 0) {
-    if (by_shared_.cols() != rows_.cols()) linearise_camera(in_cam);
     // As the lamp's own errors, which are eliminated with the same rows.
     const Eigen::Matrix3Xd motion = all_.shared_errors.motion(*lamp_.lamp, state.cam_from_world);
     by_shared_.bottomRows(motion.cols()) = motion.transpose() * rows_.middleRows<3>(3);

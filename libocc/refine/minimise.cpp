@@ -148,7 +148,11 @@ Minimum step_with_shared_errors(RefineProblem& problem, const State& start, doub
   const Vector8 step = gauss_newton_step(steps.normal());
   minimum.defined = step.allFinite();
   if (!minimum.defined) return minimum;
-  minimum.converged = problem.max_motion_px(start, steps.pivot(), step) <= tolerance_px;
+  // A step of the pose that errors of the camera undo in the image is small compared with its
+  // sigma, but not in pixels.
+  const double sigmas = std::sqrt(step.dot(steps.normal().information * step));
+  minimum.converged =
+      sigmas <= stable_sigmas || problem.max_motion_px(start, steps.pivot(), step) <= tolerance_px;
   minimum.state = moved(start, steps.pivot(), step);
   minimum.shared_errors = problem.shared_estimate(step);
   minimum.parts = problem.parts();

@@ -93,7 +93,7 @@ void observe_rim(const Match& match, const Blob& blob, const Camera& camera,
     const double sigma_px =
         blob.saturated ? std::hypot(point.sigma_px, saturated_sigma_px) : point.sigma_px;
     const std::optional<RimRay> ray = rim_ray(point, camera);
-    if (ray) rim.push_back({*ray, point.normal, 1 / sigma_px});
+    if (ray) rim.push_back({*ray, point.px, point.normal, 1 / sigma_px});
   }
   observation.rim_end = rim.size();
 }

@@ -10,6 +10,10 @@ namespace {
 
 constexpr double singular = 1e-12;
 
+/// Smallest share of the largest eigenvalue that is no rounding error. A prior of the focal length
+/// may be 1e-13 of what thousands of points of rims tell about the other directions.
+constexpr double rounding = 1e-14;
+
 /// Information about the centred perturbation.
 Matrix6 marginal_information(const PoseNormalEquations& normal) {
   const Eigen::Matrix<double, 6, 2> mixed = normal.information.topRightCorner<6, 2>();
@@ -59,7 +63,7 @@ PoseCovariance pose_covariance(const PoseNormalEquations& normal, const Eigen::V
   const auto eigen =
       core::symmetric_eigen<Matrix6>(scale.asDiagonal() * information * scale.asDiagonal());
   const Vector6 values = eigen.eigenvalues();
-  pose.rank = static_cast<int>((values.array() > singular * values.maxCoeff()).count());
+  pose.rank = static_cast<int>((values.array() > rounding * values.maxCoeff()).count());
   if (pose.rank < 6) return pose;
   Matrix6 left_from_centred = Matrix6::Identity();
   left_from_centred.bottomLeftCorner<3, 3>() = skew(pivot);

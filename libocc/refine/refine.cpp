@@ -249,7 +249,7 @@ Minimum minimise_with_shared_errors(const State& start, const std::vector<Match>
                                     const std::vector<Blob>& blobs, const RefineOptions& options,
                                     Observations& observations, Scene& scene) {
   constexpr int max_passes = 20;
-  constexpr double rough_sigmas = 0.01, stable_sigmas = 1e-3;
+  constexpr double rough_sigmas = 0.01;
   const Scene stated = scene;
   /// Returns the step in sigmas; infinite if there is no camera with the estimates.
   const auto linearise_at = [&](const Minimum& minimum) {

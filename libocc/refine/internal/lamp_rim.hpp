@@ -55,7 +55,8 @@ class LampRim {
 
   bool has_errors() const { return lamp_.errors || all_.shared_errors.count() > 0; }
   LampInCam lamp_at(const Rigid3& cam_from_world) const;
-  void linearise_camera(const LampInCam& lamp);
+  void linearise_on_rim(Eigen::Index index, double distance_px, const LampInCam& lamp,
+                        Eigen::Matrix<double, 1, 6>& d_lamp);
   void weigh_points();
   double chi2_with_errors(const State& state, Eigen::VectorXd* by_shared);
   void follow_errors(const State& state, const Eigen::Vector3d& pivot,

@@ -28,7 +28,12 @@ LIBOCC_API Minimum minimise(RefineProblem& problem, const State& start, int max_
 LIBOCC_API Minimum polish(RefineProblem& problem, const State& start, int max_iterations,
                           double tolerance_px);
 
-/// One Gauss-Newton step of the pose and of the shared errors.
+/// A step of the shared errors and the pose that is shorter, in standard deviations, changes
+/// nothing.
+inline constexpr double stable_sigmas = 1e-3;
+
+/// One Gauss-Newton step of the pose and of the shared errors. It has converged if it moves no lamp
+/// farther than the tolerance, or if the pose is stable.
 LIBOCC_API Minimum step_with_shared_errors(RefineProblem& problem, const State& start,
                                            double tolerance_px);
 

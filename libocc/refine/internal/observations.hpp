@@ -20,7 +20,7 @@ inline bool uses_rims(Rung rung) { return rung == Rung::rims || rung == Rung::di
 
 struct RimObservation {
   RimRay ray;
-  Eigen::Vector2d normal;
+  Eigen::Vector2d px, normal;
   double inverse_sigma;
 };
 
