@@ -152,6 +152,8 @@ def test_a_picture_gives_size_exposure_and_focal_length(libocc: Run, tmp_path: P
     scene = occ.Scene.load("room.yaml")
     assert occ.read_image("a.jpg").shape == (scene.camera.height, scene.camera.width)  # not rotated
     assert scene.camera.fx_px == pytest.approx(26 * 500 / 43.267, rel=1e-4)
+    sigmas = np.sqrt(scene.camera.parameter_covariance.diagonal()[:4])
+    np.testing.assert_allclose(sigmas, [0.05 * scene.camera.fx_px] * 2 + [4, 4], rtol=1e-2)
     assert (scene.sensor.exposure_s, scene.sensor.f_number) == (0.002, 1.5)
     text = Path("room.yaml").read_text()
     assert "From a.jpg (EXIF FocalLengthIn35mmFilm 26 mm), accurate to about 5 %" in text
@@ -182,6 +184,9 @@ def test_measured_lamps_are_written(libocc: Run) -> None:
     scene = occ.Scene.load("room.yaml")
     assert [lamp.centre_m.tolist() for lamp in scene.lamps] == lamps
     assert [lamp.radius_m for lamp in scene.lamps] == [0.06] * 3
+    assert scene.map_sigma_m is not None and scene.map_sigma_m.tolist() == [0.01] * 3  # a tape's
+    assert libocc("new-scene", "--out", "examples.yaml")[0] == 0
+    assert occ.Scene.load("examples.yaml").map_sigma_m is None  # positions that were not measured
 
 
 def test_an_existing_file_is_replaced_only_by_force(libocc: Run) -> None:

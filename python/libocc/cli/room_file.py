@@ -9,10 +9,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from .exif import FILM_DIAGONAL_MM
+from .picture_camera import lens_sigmas
 
 # A phone's main camera: 26 mm in terms of 35 mm film, which is 3000 px on an image of 4000 x 3000 px.
 PHONE_SIZE = (4000, 3000)
 PHONE_FILM_MM = 26.0
+GUESS_SIGMA = 0.2  # relative error of that focal length
 MIDDLE = 0.6  # part of the ceiling, in each direction, with lamps
 CANDIDATES = 10  # random positions per lamp, of which the one farthest from the other lamps is used
 SEED = 1
@@ -81,6 +83,9 @@ room:
 """
 
 LAMPS = """
+# Error of the positions of the lamps below, standard deviation [m]: one number, or three along x, y and z.
+# With a tape measure 0.01 is typical. If omitted: exact, and the stated errors of poses are too small.
+{map_sigma}
 # The lamps. Required. Errors of their positions become errors of the camera's position, of about the
 # same size: measure to a millimetre or two, or survey them with `libocc calibrate lamps`.
 lamps:
@@ -183,8 +188,9 @@ camera:
     )
 
 
-def camera_of_values(width: int, height: int, focal_px: float, origin: str) -> CameraSection:
-    """origin: where the focal length comes from and how accurate it is."""
+def camera_of_values(width: int, height: int, focal_px: float, sigma_px: float, origin: str) -> CameraSection:
+    """sigma_px: error of the focal length. origin: where it comes from and how accurate it is."""
+    sigmas = ", ".join(f"{name}: {sigma:.3g}" for name, sigma in lens_sigmas(width, focal_px, sigma_px).items())
     return CameraSection(
         f"""
 # The camera. Required: either these keys or `file: camera.yaml`, a file of `libocc calibrate camera`.
@@ -196,7 +202,7 @@ camera:
   width_px: {width}
   height_px: {height}
   # Focal length in pixels [px]. Required. An error of 1 % moves the camera by 1 % of the distance of the
-  # lamps, without any warning: calibrate for accurate positions.
+  # lamps: calibrate for accurate positions.
   # {origin}
   fx_px: {focal_px:.6g}
   # Focal length along a column [px]. If omitted: fx_px.
@@ -208,6 +214,10 @@ camera:
   # Distortion of the lens, coefficients k1, k2, p1, p2, k3 of OpenCV [-]. From a calibration. If omitted:
   # none, which moves lamps near the border by up to 2 % of the width.
   #distortion: [0, 0, 0, 0, 0]
+  # Errors of these values, standard deviations; f_px: of both focal lengths together [px], fy_px: of their
+  # ratio. Typical of a camera that was not calibrated. Sigmas of poses contain them. If omitted: exact.
+  parameter_sigmas:
+    {{{sigmas}}}
 """,
         width,
         height,
@@ -220,7 +230,7 @@ def typical_camera(width: int = PHONE_SIZE[0], height: int = PHONE_SIZE[1]) -> C
     origin = (
         f"This value is a GUESS: a phone's main camera ({PHONE_FILM_MM:g} mm on 35 mm film); wrong by 20 % or more."
     )
-    return camera_of_values(width, height, float(round(focal_px)), origin)
+    return camera_of_values(width, height, float(round(focal_px)), GUESS_SIGMA * focal_px, origin)
 
 
 def lamp_centres(count: int, size_m: Sequence[float]) -> list[list[float]]:
@@ -239,8 +249,8 @@ def listed(values: Sequence[float]) -> str:
     return "[" + ", ".join(f"{value:g}" for value in values) + "]"
 
 
-def lamps_text(centres: Sequence[Sequence[float]], shape: str, radius_m: float) -> str:
-    lines = [LAMPS]
+def lamps_text(centres: Sequence[Sequence[float]], shape: str, radius_m: float, are_measured: bool) -> str:
+    lines = [LAMPS.format(map_sigma=f"{'' if are_measured else '#'}map_sigma_m: 0.01")]
     size, short = (text.replace(f"{DEFAULT_RADIUS_M}", f"{radius_m:g}") for text in (SIZES[shape], SHORT[shape]))
     for id, centre in enumerate(centres):
         if id == 0:
@@ -261,12 +271,17 @@ def room_text(
     camera: CameraSection,
     exposure: Exposure,
     radius_m: float = DEFAULT_RADIUS_M,
+    are_measured: bool = False,
 ) -> str:
-    """Text of the scene file. name: of the file, for the commands in its comments. radius_m: of discs."""
+    """Text of the scene file.
+
+    name: of the file, for the commands in its comments. radius_m: of discs. are_measured: the centres of the lamps are
+    those of a room, with the errors of a tape measure, instead of examples.
+    """
     x, y, height = size_m
     # The pixels of a sensor of 5.6 mm, the width of a phone's 1/2.5 inch sensor.
     pitch_m = 5.6e-3 / max(camera.width, camera.height)
     head = HEAD.format(name=name, x=x / 2, y=y / 2, z=min(0.5, height / 5))
     sensor = SENSOR.format(exposure_s=exposure.exposure_s, f_number=exposure.f_number, pixel_pitch_m=pitch_m)
     room = ROOM.format(size_m=listed(size_m), height=height, beam=0.9 * height, half_x=x / 2)
-    return head + camera.text + sensor + lamps_text(centres, shape, radius_m) + room
+    return head + camera.text + sensor + lamps_text(centres, shape, radius_m, are_measured) + room

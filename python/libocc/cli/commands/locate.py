@@ -6,12 +6,14 @@ import libocc as occ
 from ... import samples
 from .. import error_context, json_option, overlay_option, print_json, report
 from ..detect_options import Threshold, background_hint, threshold_of, threshold_option
+from ..picture_camera import camera_dict, camera_option, camera_text, growth_by_camera, scene_of_picture
 from ..prior_options import given, prior_options
 
 
 @click.command(short_help="Compute the pose of the camera from one image.")
 @click.argument("image")
 @click.argument("scene")
+@camera_option
 @prior_options
 @click.option("--budget-ms", type=float, help="Time limit of the call: use the most accurate rung that meets it.")
 @click.option("--target-mm", type=float, help="Position error to reach: use the fastest rung that meets it.")
@@ -28,6 +30,7 @@ def command(
     ctx: click.Context,
     image: str,
     scene: str,
+    camera_name: str | None,
     prior: occ.Prior,
     budget_ms: float | None,
     target_mm: float | None,
@@ -52,7 +55,8 @@ def command(
     time      1.2 ms (detect 0.7, identify 0.2, refine 0.3)
 
     Computes the pose of the camera that took IMAGE of the lamps of SCENE, a YAML file or the name of a
-    scene that comes with libocc. Exit code 0: one pose fits, and it is wrong with a probability of at
+    scene that comes with libocc. A picture of a camera that was not calibrated needs EXIF data
+    (--camera exif). Exit code 0: one pose fits, and it is wrong with a probability of at
     most 1e-4 (the risk); 1: none, several (all are printed), or --budget-ms and --target-mm are not
     met; 2: bad input.
     """
@@ -60,8 +64,7 @@ def command(
     if costs is not None:
         with error_context(costs):
             table = occ.bench.RungCosts.load(costs)
-    with error_context(scene):
-        lamps = samples.load_scene(scene)
+    lamps, focal = scene_of_picture(scene, camera_name, image)
     with error_context(image):
         pixels = occ.read_image(samples.find_image(image))
         fix = occ.locate(
@@ -74,11 +77,15 @@ def command(
 
         with error_context(overlay):
             draw_fix(overlay, pixels, fix, lamps, title=image)
+    growth = growth_by_camera(fix, lamps) if focal is not None and fix.candidates else None
     if as_json:
-        print_json(report.fix_dict(fix) if protection is None else report.fix_dict(fix, protection))
+        found = report.fix_dict(fix) if protection is None else report.fix_dict(fix, protection)
+        print_json({**found, "camera": None if focal is None else camera_dict(focal, lamps, growth)})
     else:
         explain = budget_ms is not None or target_mm is not None
         click.echo(report.fix_text(fix, explain, protection))
+        if focal is not None:
+            click.echo(camera_text(focal, growth))
     if not fix.ok:
         if hint := background_hint(pixels, fix.blobs, threshold_dn, len(lamps.lamps)):
             click.echo(f"warning: {image}: {hint}", err=True)

@@ -38,7 +38,8 @@ def camera_of_picture(path: str) -> tuple[CameraSection, list[str]]:
         return typical_camera(width, height), warnings
     accuracy = f"accurate to about {100 * found.sigma_px / found.px:.0f} %"
     name = Path(path).name
-    return camera_of_values(width, height, found.px, f"From {name} (EXIF {found.source}), {accuracy}."), warnings
+    origin = f"From {name} (EXIF {found.source}), {accuracy}."
+    return camera_of_values(width, height, found.px, found.sigma_px, origin), warnings
 
 
 def exposure_of_picture(path: str) -> Exposure:
@@ -159,7 +160,7 @@ def command(
     if Path(out).exists() and not force:
         raise Failure(f"{out}: exists already; --force replaces it")
     places = [list(centre) for centre in centres] or lamp_centres(lamps, size_m)
-    text = room_text(Path(out).name, size_m, places, shape, section, exposure, radius_m)
+    text = room_text(Path(out).name, size_m, places, shape, section, exposure, radius_m, are_measured=bool(centres))
     with error_context(out), whole_file(out) as file:
         file.write(text.encode())
     for warning in warnings:
