@@ -31,8 +31,8 @@ struct Ray {
   Eigen::Vector3d direction;  ///< unit
 };
 
-/// Name of a change of both focal lengths, fx_px and fy_px, that keeps their ratio; its unit is that
-/// of fx_px.
+/// Name of a change of both focal lengths, fx_px and fy_px, that keeps their ratio; its unit is
+/// that of fx_px.
 inline constexpr const char* common_focal_length = "f_px";
 
 /// Camera of any model; immutable and cheap to copy.
