@@ -73,7 +73,7 @@ LampInCam LampRim::lamp_at(const Rigid3& cam_from_world) const {
   return with_error(lamp, error_, cam_from_world);
 }
 
-/// Where the errors of the camera are unknowns, derivatives by these and by the pose belong to the
+/// If the errors of the camera are unknowns, derivatives by these and by the pose belong to the
 /// point of the predicted rim instead of the measured one. Those would correlate with the noise of
 /// the points: if a camera looks straight at a ceiling, so that the prior alone determines its
 /// focal length, thousands of points would move that by many of its sigmas. Errors of the camera
