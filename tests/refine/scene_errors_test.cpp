@@ -183,8 +183,7 @@ TEST(SceneErrors, CovarianceContainsTheFocalLengthOfACameraThatLooksStraightAtTh
   const double f = level.camera.fx_px();
   for (const double sigma : {0.002, 0.02, 0.05})
     for (const int rim_points : {80, 1000}) {
-      SCOPED_TRACE(sigma);
-      SCOPED_TRACE(rim_points);
+      SCOPED_TRACE(testing::Message() << sigma << ", " << rim_points);
       const auto draw = [&](Random& random) {
         World world{level, level};
         world.stated.camera = level.camera.with_parameter_sigmas({{"f_px", sigma * f}});
@@ -365,8 +364,7 @@ TEST(SceneErrors, SmallErrorsChangeNothing) {
   const auto plain = refine(seen_from(), test::in_order(exact), blobs, exact);
   const auto with_errors = refine(seen_from(), test::in_order(stated), blobs, stated);
   ASSERT_TRUE(plain.ok() && with_errors.ok());
-  // Derivatives by the pose then belong to the predicted points of the rims, not to the measured
-  // ones.
+  // Derivatives by the pose then belong to the predicted points of the rims.
   EXPECT_LT(difference(plain->cam_from_world, with_errors->cam_from_world).norm(),
             1e-3 * std::sqrt(plain->covariance.trace()));
   EXPECT_LT((plain->covariance - with_errors->covariance).norm(), 1e-4 * plain->covariance.norm());

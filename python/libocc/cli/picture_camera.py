@@ -64,12 +64,14 @@ def scene_of_picture(scene: str, camera: str | None, image: str) -> tuple[Scene,
 
     None: the scene's camera, or that of the EXIF data if the scene has none. Raises: click.ClickException.
     """
-    path = samples.find_scene(scene)
     with error_context(scene):
-        has_camera = not path.is_file() or any(line.startswith("camera:") for line in path.read_text().splitlines())
-    if camera is None and has_camera:
-        with error_context(scene):
-            return Scene.load(path), None
+        path = samples.find_scene(scene)
+        if camera is None:
+            try:
+                return Scene.load(path), None
+            except ValueError as error:
+                if "key `camera`: is missing" not in str(error):
+                    raise
     if camera is not None and camera != EXIF:
         with error_context(camera):
             replaced = read_camera(camera)
