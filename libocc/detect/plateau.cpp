@@ -84,6 +84,8 @@ struct Sums {
   }
 };
 
+constexpr double profile_sigmas =
+    3;  // half width of a profile, as window_sigmas in rim_profiles.hpp
 constexpr double clear_sigmas = 1.5;  // distance inside the rim with 93 % of the light [blur sigma]
 // Min number of pixels for degree 0, 1 and 2: with fewer, extrapolation across the rim is unstable.
 constexpr int min_pixels = 4, plane_pixels = 30, paraboloid_pixels = 200;
@@ -365,10 +367,48 @@ double Plateau::level_covariance(const Eigen::Vector2d& a, const Eigen::Vector2d
       .dot(terms_covariance_ * terms_at((b - centre_) * scale_, used));
 }
 
-std::optional<Plateau> Plateau::fit(const Patch& patch, const FittedConic& conic, double blur_px) {
+double hole_of(const Patch& patch, const FittedConic& conic) {
+  constexpr int rays = 24;
+  constexpr double dark = 0.25, dark_sigmas = 4;  // dimmer by: of the level, of the noise
+  const Eigen::Matrix2d root = core::Cholesky<Eigen::Matrix2d>(conic.shape).lower().transpose();
+  const Eigen::Matrix2d of_circle = root.inverse();
+  const int steps = std::max(1, static_cast<int>(conic.ellipse().semi_minor_px));  // of a pixel
+  double brightest = 0;
+  for (int i = steps - 1; i >= 0; --i) {  // from the rim inwards
+    double sum = 0;
+    int seen = 0;
+    for (int k = 0; k < rays; ++k) {
+      const double angle = 2 * pi * k / rays;
+      const Eigen::Vector2d at = of_circle * Eigen::Vector2d(std::cos(angle), std::sin(angle));
+      const Eigen::Vector2d px = conic.centre + static_cast<double>(i) / steps * at;
+      const int x = static_cast<int>(std::lround(px.x())),
+                y = static_cast<int>(std::lround(px.y()));
+      if (!patch.contains(x, y)) continue;
+      sum += *patch.at(x, y);
+      ++seen;
+    }
+    if (seen == 0) continue;
+    const double level = sum / seen;
+    if (brightest - level >
+        std::max(dark * brightest, dark_sigmas * std::sqrt(patch.noise().variance(brightest))))
+      return (i + 1.0) / steps;
+    brightest = std::max(brightest, level);
+  }
+  return 0;
+}
+
+std::optional<Plateau> Plateau::fit(const Patch& patch, const FittedConic& conic, double blur_px,
+                                    double hole) {
   const Ellipse ellipse = conic.ellipse();
-  const double shrink = 1 - clear_sigmas * blur_px / ellipse.semi_minor_px;
+  const double margin = clear_sigmas * blur_px / ellipse.semi_minor_px;
+  const double shrink = 1 - margin;
   if (!(shrink > 0)) return std::nullopt;
+  if (hole > 0) {
+    // Neither the pixels nor the profiles across the rim may contain the edge of the hole.
+    const double hollow = hole + profile_sigmas * blur_px / ellipse.semi_minor_px;
+    if ((1 - hollow) * ellipse.semi_minor_px < profile_sigmas * blur_px) return std::nullopt;
+    return fit_surface<2>(patch, EllipseRegion(conic, blur_px, shrink, hollow), blur_px);
+  }
   const double area = pi * ellipse.semi_major_px * ellipse.semi_minor_px * shrink * shrink;
   if (area < quintic_pixels) {
     const EllipseRegion disc(conic, blur_px, shrink, 0);

@@ -72,9 +72,10 @@ std::optional<Rim> fit_rim(const Patch& patch, FittedConic conic, double blur_px
   Rim rim;
   rim.blur_px = blur_px;
   dazzled = 0;
+  const double hole = hole_of(patch, conic);
   for (int pass = 0; pass < max_rim_passes; ++pass) {
     if (conic.ellipse().semi_minor_px < min_minor_px) return std::nullopt;
-    const std::optional<Plateau> plateau = Plateau::fit(patch, conic, rim.blur_px);
+    const std::optional<Plateau> plateau = Plateau::fit(patch, conic, rim.blur_px, hole);
     if (!plateau || !(plateau->level() > 0)) return std::nullopt;
     const RimModel model{*plateau, noise_of(patch, *plateau), rim.blur_px};
     RimProfiles profiles(patch, model, conic.centre, glow);

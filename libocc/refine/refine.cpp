@@ -14,12 +14,14 @@
 #include "libocc/refine/internal/estimated_map.hpp"
 #include "libocc/refine/internal/flat_minimum.hpp"
 #include "libocc/refine/internal/lamp_contradictions.hpp"
+#include "libocc/refine/internal/light_errors.hpp"
 #include "libocc/refine/internal/minimise.hpp"
 #include "libocc/refine/internal/outliers.hpp"
 #include "libocc/refine/internal/pose_covariance.hpp"
 #include "libocc/refine/internal/predicted_centroid.hpp"
 #include "libocc/refine/internal/prior_rows.hpp"
 #include "libocc/refine/internal/refine_fields.hpp"
+#include "libocc/refine/internal/residuals.hpp"
 
 namespace occ {
 
@@ -41,55 +43,6 @@ constexpr int max_revisions = 5;
 /// Factor of the tolerance for the direct rung, each step of which leaves less than 1 % of the
 /// error.
 constexpr double direct_tolerance = 100;
-
-double rim_rms(const LampObservation& lamp, const Observations& observations, const State& state) {
-  LampInCam in_cam = lamp_in_cam(*lamp.lamp, state.cam_from_world);
-  if (lamp.errors) in_cam = with_error(in_cam, lamp.error(), state.cam_from_world);
-  const double growth_px = lamp.blob->saturated ? state.growth_px : 0;
-  double sum = 0;
-  int count = 0;
-  for (std::size_t i = lamp.rim_begin; i < lamp.rim_end; ++i) {
-    const std::optional<double> distance = rim_distance_px(in_cam, observations.rim[i].ray);
-    if (!distance) continue;
-    sum += (*distance - growth_px) * (*distance - growth_px);
-    ++count;
-  }
-  return count > 0 ? std::sqrt(sum / count) : 0;
-}
-
-/// Fills in the residual of each lamp and the root mean square over all lamps. For a cut lamp the
-/// rim's residual is used, because the centroid is that of its visible part.
-void report_residuals(const State& state, const std::vector<Match>& matches,
-                      const Observations& observations, const Scene& scene, Rung rung,
-                      Refined& refined) {
-  double sum = 0;
-  for (std::size_t i = 0; i < matches.size(); ++i) {
-    const LampObservation& lamp = observations.lamps[i];
-    LampResidual residual{matches[i]};
-    residual.rung = lamp.has_pixels() ? Rung::direct
-                    : lamp.has_rim()  ? Rung::rims
-                                      : std::min(rung, Rung::centres);
-    residual.contradicts = lamp.contradicts;
-    residual.misfit = lamp.misfit;
-    residual.position_error_m = lamp.error().segment<3>(3);
-    residual.size_error = lamp.error()[6];
-    const std::optional<Eigen::Vector2d> centre =
-        predicted_centroid_px(*lamp.lamp, state.cam_from_world, scene.camera, rung);
-    const auto centroid =
-        predicted_centroid_px(*lamp.lamp, *lamp.blob, state.cam_from_world, scene, rung);
-    double centre_error = 0;
-    if (centre) {
-      residual.centre_px = *centre;
-      if (lamp.has_centroid)
-        centre_error = scene.camera.difference_px(lamp.blob->centroid_px, *centroid).norm();
-    }
-    residual.rms_px = lamp.has_rim() ? rim_rms(lamp, observations, state) : centre_error;
-    const double of_lamp = lamp.has_centroid ? centre_error : residual.rms_px;
-    sum += of_lamp * of_lamp;
-    refined.lamps.push_back(residual);
-  }
-  if (!matches.empty()) refined.rms_px = std::sqrt(sum / static_cast<double>(matches.size()));
-}
 
 /// Minimum for the centroids alone. Its basin of convergence is far wider than that of the rims,
 /// and contradicting lamps are found at little cost.
@@ -455,11 +408,29 @@ Result<Refined> refine_with(const Rigid3& start, const std::vector<Match>& match
 
 }  // namespace
 
+namespace {
+
+/// Adds the error of the pose if the gradient of light that the scene predicts is absent.
+void add_error_of_light(const std::vector<Match>& matches, const std::vector<Blob>& blobs,
+                        const Scene& scene, const RefineOptions& options, const ImageView* image,
+                        Result<Refined>& result) {
+  if (!result.ok()) return;
+  const Rigid3 pose = result->cam_from_world;
+  const auto without = without_light_gradient(pose, matches, blobs, scene);
+  if (!without) return;
+  const Result<Refined> other = refine_with(pose, matches, *without, scene, options, image);
+  if (other.ok()) add_pose_error(difference(other->cam_from_world, pose), result.value);
+}
+
+}  // namespace
+
 Result<Refined> internal::refine::refine_as_stated(const Rigid3& start,
                                                    const std::vector<Match>& matches,
-                                                   const std::vector<Blob>& blobs,
+                                                   const std::vector<Blob>& measured,
                                                    const Scene& scene, const RefineOptions& options,
                                                    const ImageView* image) {
+  const auto widened = with_errors_of_light(start, matches, measured, scene);
+  const std::vector<Blob>& blobs = widened ? *widened : measured;
   Result<Refined> result = refine_with(start, matches, blobs, scene, options, image);
   // The growth of over-exposed rims and the stated errors of few lamps can explain each other, so
   // that the estimates run away. The centres are always determined.
@@ -467,17 +438,19 @@ Result<Refined> internal::refine::refine_as_stated(const Rigid3& start,
     const Blob& blob = blobs[static_cast<std::size_t>(match.blob)];
     return blob.saturated && !blob.rim.empty();
   });
-  if (result.status != Status::not_converged || !over_exposed || !uses_rims(options.rung) ||
-      is_exact(scene))
-    return result;
-  RefineOptions by_centres = options;
-  by_centres.rung = Rung::centres;
-  Result<Refined> centres = refine_with(start, matches, blobs, scene, by_centres, nullptr);
-  if (!centres.ok()) return result;
-  centres.message =
-      "the rims of over-exposed lamps do not converge with the stated errors: only their centres "
-      "are used";
-  return centres;
+  RefineOptions used = options;
+  if (result.status == Status::not_converged && over_exposed && uses_rims(options.rung) &&
+      !is_exact(scene)) {
+    used.rung = Rung::centres;
+    Result<Refined> centres = refine_with(start, matches, blobs, scene, used, nullptr);
+    if (!centres.ok()) return result;
+    centres.message =
+        "the rims of over-exposed lamps do not converge with the stated errors: only their centres "
+        "are used";
+    result = std::move(centres);
+  }
+  add_error_of_light(matches, blobs, scene, used, image, result);
+  return result;
 }
 
 Result<Refined> refine(const Rigid3& start, const std::vector<Match>& matches,

@@ -19,6 +19,7 @@ struct Exposure {
   double psf_px, over;
   bool sampled_psf = false;  ///< at whole pixels, which is not the renderer's
   bool known = true;         ///< detection and refinement use the sensor model
+  bool level_light = false;  ///< no gradient of light over a lamp, as if cos^4 was corrected
 };
 
 /// Lamps on the optical axis are so many times as bright as full scale.
@@ -85,8 +86,9 @@ struct Nees {
 
 /// `aware`: of how rims answer to light.
 Nees mean_nees(const Exposure& exposure, int frames, bool aware = true) {
-  const Scene scene = exposed(exposure);
+  Scene scene = exposed(exposure);
   Scene believed = scene;
+  if (exposure.level_light) scene.effects.set(Effect::light_gradient, Use::off);
   if (!exposure.known) believed.sensor = Sensor();
   DetectOptions detect_options;
   detect_options.sensor = believed.sensor;
@@ -154,6 +156,15 @@ TEST(SlowRefineSaturated, CovarianceIsTrueUnderAPsfThatIsSampledAtPixels) {
 TEST(RefineSaturated, ARimGrowsByMoreWhereTheLampIsBrighter) {
   EXPECT_LT(mean_nees({0.8, 8}, 5).position, 3);
   EXPECT_GT(mean_nees({0.8, 8}, 5, false).position, 10);
+}
+
+// Phones correct cos^4 in software.
+TEST(RefineSaturated, ErrorsHoldWhereTheLightHasNoGradient) {
+  Exposure exposure{0.8, 8};
+  exposure.level_light = true;
+  constexpr int frames = 12;
+  EXPECT_LT(mean_nees(exposure, frames).position,
+            test::chi2_interval(3.0 * frames).second / frames);
 }
 
 // Clipped discs of 300 px through a lens whose distortion deforms them: their rims are no ellipses.

@@ -19,13 +19,18 @@ inline constexpr double level_depth = 0.564;
 
 struct Polygon;
 
+/// Size of the dark middle of a ring lamp, relative to the ellipse of its outer rim: the part from
+/// which on it is bright. 0 for a disc.
+double hole_of(const Patch& patch, const FittedConic& conic);
+
 class Plateau {
  public:
   /// Least-squares fit to the pixels inside the rim that keep most of their light under the
   /// rim's blur: a polynomial of degree 0 to 3, depending on the number of pixels; degree 5 on a
   /// ring along the rim for large discs, whose brightness varies more. Empty for fewer than four
-  /// pixels.
-  static std::optional<Plateau> fit(const Patch& patch, const FittedConic& conic, double blur_px);
+  /// pixels. `hole`: of a ring lamp, its inner over its outer size (see hole_of); 0 for a disc.
+  static std::optional<Plateau> fit(const Patch& patch, const FittedConic& conic, double blur_px,
+                                    double hole = 0);
   static std::optional<Plateau> fit(const Patch& patch, const Polygon& polygon, double blur_px);
 
   /// Signal of the unblurred lamp at a pixel.

@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <vector>
+
+#include "libocc/core/abi.hpp"
+#include "libocc/refine/internal/observations.hpp"
+#include "libocc/refine/internal/pose_normal_equations.hpp"
+#include "libocc/refine/refine.hpp"
+
+namespace occ::internal::refine {
+
+/// Fills in the residual of each lamp and the root mean square over all lamps. For a cut lamp the
+/// rim's residual is used, because the centroid is that of its visible part.
+void report_residuals(const State& state, const std::vector<Match>& matches,
+                      const Observations& observations, const Scene& scene, Rung rung,
+                      Refined& refined);
+
+}  // namespace occ::internal::refine

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "libocc/refine/internal/residuals.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "libocc/formation/rim.hpp"
+#include "libocc/refine/internal/predicted_centroid.hpp"
+
+namespace occ::internal::refine {
+namespace {
+
+double rim_rms(const LampObservation& lamp, const Observations& observations, const State& state) {
+  LampInCam in_cam = lamp_in_cam(*lamp.lamp, state.cam_from_world);
+  if (lamp.errors) in_cam = with_error(in_cam, lamp.error(), state.cam_from_world);
+  const double growth_px = lamp.blob->saturated ? state.growth_px : 0;
+  double sum = 0;
+  int count = 0;
+  for (std::size_t i = lamp.rim_begin; i < lamp.rim_end; ++i) {
+    const std::optional<double> distance = rim_distance_px(in_cam, observations.rim[i].ray);
+    if (!distance) continue;
+    sum += (*distance - growth_px) * (*distance - growth_px);
+    ++count;
+  }
+  return count > 0 ? std::sqrt(sum / count) : 0;
+}
+
+}  // namespace
+
+void report_residuals(const State& state, const std::vector<Match>& matches,
+                      const Observations& observations, const Scene& scene, Rung rung,
+                      Refined& refined) {
+  double sum = 0;
+  for (std::size_t i = 0; i < matches.size(); ++i) {
+    const LampObservation& lamp = observations.lamps[i];
+    LampResidual residual{matches[i]};
+    residual.rung = lamp.has_pixels() ? Rung::direct
+                    : lamp.has_rim()  ? Rung::rims
+                                      : std::min(rung, Rung::centres);
+    residual.contradicts = lamp.contradicts;
+    residual.misfit = lamp.misfit;
+    residual.position_error_m = lamp.error().segment<3>(3);
+    residual.size_error = lamp.error()[6];
+    const std::optional<Eigen::Vector2d> centre =
+        predicted_centroid_px(*lamp.lamp, state.cam_from_world, scene.camera, rung);
+    const auto centroid =
+        predicted_centroid_px(*lamp.lamp, *lamp.blob, state.cam_from_world, scene, rung);
+    double centre_error = 0;
+    if (centre) {
+      residual.centre_px = *centre;
+      if (lamp.has_centroid)
+        centre_error = scene.camera.difference_px(lamp.blob->centroid_px, *centroid).norm();
+    }
+    residual.rms_px = lamp.has_rim() ? rim_rms(lamp, observations, state) : centre_error;
+    const double of_lamp = lamp.has_centroid ? centre_error : residual.rms_px;
+    sum += of_lamp * of_lamp;
+    refined.lamps.push_back(residual);
+  }
+  if (!matches.empty()) refined.rms_px = std::sqrt(sum / static_cast<double>(matches.size()));
+}
+
+}  // namespace occ::internal::refine
