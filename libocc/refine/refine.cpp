@@ -429,7 +429,10 @@ Result<Refined> internal::refine::refine_as_stated(const Rigid3& start,
                                                    const std::vector<Blob>& measured,
                                                    const Scene& scene, const RefineOptions& options,
                                                    const ImageView* image) {
-  const auto widened = with_errors_of_light(start, matches, measured, scene);
+  // Below the rung rims, detection may not have measured any.
+  const auto widened = uses_rims(options.rung)
+                           ? with_errors_of_light(start, matches, measured, scene)
+                           : std::nullopt;
   const std::vector<Blob>& blobs = widened ? *widened : measured;
   Result<Refined> result = refine_with(start, matches, blobs, scene, options, image);
   // The growth of over-exposed rims and the stated errors of few lamps can explain each other, so
