@@ -69,8 +69,9 @@ AprilTag tag_of(const apriltag_detection_t& found, const Image& grey,
     for (Eigen::Vector2d& corner : in_image) corner += origin;
     corners.bends_px = options.bends_px(in_image);
   }
+  const double border = static_cast<double>(options.border_cells) / found.family->width_at_border;
   TagCorners better = corners;
-  tag.refined = options.refine && refine_corners(grey, 1.0 / found.family->width_at_border, better);
+  tag.refined = options.refine && refine_corners(grey, border, better);
   tag.corners_px = tag.refined ? better.px : corners.px;
   tag.covariance_px2 = tag.refined ? better.covariance_px2 : corners.covariance_px2;
   tag.homography = homography_to(tag.corners_px);
@@ -133,6 +134,10 @@ void AprilTagOptions::validate() const {
   for (const std::string& known : april_family_names())
     names += (names.empty() ? "" : ", ") + known;
   require(make_april_family(family) != nullptr, "family", family, "one of " + names);
+  const std::vector<std::string> bordered = bordered_family_names();
+  require(border_cells >= 1 && border_cells <= 4, "border_cells", border_cells, "between 1 and 4");
+  require(border_cells == 1 || std::count(bordered.begin(), bordered.end(), family) > 0,
+          "border_cells", border_cells, "1 for the family " + family);
   require(decimate >= 1 && decimate <= 8, "decimate", decimate, "between 1 and 8");
   require(threads >= 1, "threads", threads, "at least 1");
   require(max_hamming >= 0 && max_hamming <= 2, "max_hamming", max_hamming, "0, 1 or 2");
@@ -151,7 +156,7 @@ class TagFinder {
  public:
   explicit TagFinder(const AprilTagOptions& options)
       : options_(options),
-        family_(make_april_family(options.family)),
+        family_(make_april_family(options.family, options.border_cells)),
         detector_(make_detector(options, family_.get())) {}
 
   std::vector<AprilTag> find(const Image& grey, unsigned white,

@@ -26,6 +26,9 @@ namespace occ {
 /// Options of detect_april_tags().
 struct LIBOCC_API AprilTagOptions {
   std::string family = "tag36h11";  ///< a name in april_tag_families()
+  /// Width of the tags' black border [cells], 1 to 4; 2 in grids of Kalibr. Wider borders than 1
+  /// are for the families tag36h11, tag36h10, tag25h9 and tag16h5.
+  int border_cells = 1;
   double decimate = 1;  ///< factor by which the image is reduced for the search of squares, 1 to 8;
                         ///< 2 takes a third of the time and misses tags below about 30 px
   int threads = 1;      ///< number of threads of the search, at least 1

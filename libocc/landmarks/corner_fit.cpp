@@ -64,13 +64,27 @@ struct CornerModel {
   }
 };
 
+/// True if a point is inside a convex quadrilateral, or within `margin` of its sides' lines.
+bool is_within(const Vector2d& p, const std::array<Vector2d, 4>& quad, double margin) {
+  const auto cross = [](const Vector2d& a, const Vector2d& b) {
+    return a.x() * b.y() - a.y() * b.x();
+  };
+  const double turn = cross(quad[2] - quad[0], quad[3] - quad[1]) > 0 ? 1 : -1;
+  for (std::size_t k = 0; k < 4; ++k) {
+    const Vector2d side = quad[(k + 1) % 4] - quad[k];
+    if (turn * cross(side, p - quad[k]) < -margin * side.norm()) return false;
+  }
+  return true;
+}
+
 /// Pixels in the circle of a window, with the rows of the model's derivatives.
 class CornerPixels {
  public:
   int x = 0, y = 0, half = 0;  // middle
   double used = 0;             // number of pixels in the circle
 
-  bool read(const GreyImage& grey, const Vector2d& centre, double radius_px) {
+  bool read(const GreyImage& grey, const Vector2d& centre, const CornerStart& start) {
+    const double radius_px = start.radius_px;
     half = static_cast<int>(std::ceil(radius_px));
     if (!grey.holds(centre, half + 1)) return false;
     x = static_cast<int>(std::lround(centre.x()));
@@ -79,11 +93,17 @@ class CornerPixels {
     for (int v = -half; v <= half; ++v)
       for (int u = -half; u <= half; ++u) {
         if (u * u + v * v > radius_px * radius_px) continue;
+        const bool outside =
+            std::any_of(start.excluded.begin(), start.excluded.end(), [&](const auto& quad) {
+              return is_within(Vector2d(x + u, y + v), quad, start.margin_px);
+            });
+        if (outside) continue;
         x_.push_back(static_cast<float>(u));
         y_.push_back(static_cast<float>(v));
         grey_.push_back(static_cast<float>(grey.pixel(x + u, y + v)));
       }
     used = static_cast<double>(x_.size());
+    if (!(used > 2 * unknowns)) return false;
     inside_.assign(x_.size(), 1.0F);
     const std::size_t padded = (x_.size() + kernel_lanes - 1) / kernel_lanes * kernel_lanes;
     for (std::vector<float>* values : {&x_, &y_, &grey_, &inside_}) values->resize(padded, 0.0F);
@@ -247,6 +267,8 @@ bool describe_fit(CornerPixels& pixels, const CornerModel& model, CornerFit& fit
   fit.px = Vector2d(pixels.x, pixels.y) + model.centre;
   fit.blur_px = model.blur_px;
   fit.contrast = 2 * std::abs(model.step);
+  fit.misfit = std::sqrt(equations.squared / pixels.used) / fit.contrast;
+  fit.gradient = (model.level_gradient.norm() + model.step_gradient.norm()) / fit.contrast;
   constexpr double min_significance = 3;  // contrast, in standard deviations of a pixel
   return fit.contrast * fit.contrast * pixels.used >
          min_significance * min_significance * equations.squared;
@@ -336,7 +358,7 @@ bool fit_corner(const GreyImage& grey, const CornerStart& start, CornerFit& fit)
   Vector2d px = start.px;
   CornerPixels pixels;
   for (int i = 0; i < max_windows; ++i) {
-    if (!pixels.read(grey, px, start.radius_px)) return false;
+    if (!pixels.read(grey, px, start)) return false;
     const Vector2d middle(pixels.x, pixels.y);
     model.centre = px - middle;
     if (i == 0) model.level = pixels.mean_grey();

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Renders calibration targets for test images, with the ground truth: printed AprilTags, circular
-// targets, chessboards and grids of discs, seen by any camera model. Targets are sheets of paper in
-// front of an even ground. Sheets are painted from far to near; a sheet changes the grey level of a
-// pixel to
+// targets, chessboards, grids of discs or tags, and ChArUco boards, seen by any camera model.
+// Targets are sheets of paper in front of an even ground. Sheets are painted from far to near; a
+// sheet changes the grey level of a pixel to
 //
 //   grey (1 - c_0) + level_0 c_0 + sum over k >= 1 of (level_k - level_(k-1)) c_k,
 //
@@ -27,6 +27,7 @@
 #include "libocc/core/abi.hpp"
 #include "libocc/core/image.hpp"
 #include "libocc/geometry/rigid.hpp"
+#include "libocc/scene/marker_boards.hpp"
 #include "libocc/scene/tag.hpp"
 #include "libocc/simulate/simulate.hpp"
 
@@ -38,8 +39,10 @@ struct TagPattern {
   int square_cells = 0;  ///< side of the square whose corners are detected, in the middle [cells]
 };
 
-/// Throws std::invalid_argument for an unknown family or an id that the family does not have.
-LIBOCC_API TagPattern tag_pattern(const std::string& family, int id);
+/// border_cells: width of the black border, 1 to 4; above 1 for the families tag36h11, tag36h10,
+/// tag25h9 and tag16h5 only. Throws std::invalid_argument for an unknown family, an id that the
+/// family does not have, or such a border.
+LIBOCC_API TagPattern tag_pattern(const std::string& family, int id, int border_cells = 1);
 
 /// A disc on a square sheet of the opposite tone.
 struct LIBOCC_API CircularTarget {
@@ -85,12 +88,30 @@ struct LIBOCC_API CircleGridTarget {
   Eigen::Matrix3Xd centres_m() const;
 };
 
+/// A grid of AprilTags in the world.
+struct LIBOCC_API AprilGridTarget {
+  AprilGrid board;          ///< the print
+  Rigid3 world_from_board;  ///< pose of the board: x to the right, y up, z towards the viewer
+
+  void validate() const;  ///< throws std::invalid_argument, naming the field and its value
+};
+
+/// A ChArUco board in the world.
+struct LIBOCC_API CharucoTarget {
+  CharucoBoard board;       ///< the print
+  Rigid3 world_from_board;  ///< pose of the board: x to the right, y down, z away from the viewer
+
+  void validate() const;  ///< throws std::invalid_argument, naming the field and its value
+};
+
 /// All targets of an image.
 struct TargetField {
-  std::vector<Tag> tags;                 ///< printed in black on white
-  std::vector<CircularTarget> circles;   ///< single discs
-  std::vector<ChessboardTarget> boards;  ///< chessboards
-  std::vector<CircleGridTarget> grids;   ///< grids of discs
+  std::vector<Tag> tags;                       ///< printed in black on white
+  std::vector<CircularTarget> circles;         ///< single discs
+  std::vector<ChessboardTarget> boards;        ///< chessboards
+  std::vector<CircleGridTarget> grids;         ///< grids of discs
+  std::vector<AprilGridTarget> april_grids{};  ///< grids of tags
+  std::vector<CharucoTarget> charucos{};       ///< chessboards with markers
 };
 
 /// Options of a TargetRenderer.
@@ -98,7 +119,7 @@ struct LIBOCC_API TargetImageOptions {
   double psf_sigma_px = 0.6;  ///< Gaussian blur, without the pixel's box
   /// Grey levels of print, paper and background.
   double black_dn = 30, white_dn = 200, ground_dn = 110;
-  /// White paper around the print of a tag, a board or a grid [cells, spacings].
+  /// White paper around the print of a tag, a board or a grid [cells, squares, spacings, gaps].
   double margin_cells = 0.5;
   double noise_dn = 0;      ///< standard deviation of the noise of a pixel
   std::uint64_t seed = 0;   ///< equal seeds give equal bits
@@ -132,6 +153,12 @@ struct ChessboardTruth {
   Eigen::Matrix2Xd corners_px;          ///< inner corners, row by row; empty if it is not drawn
 };
 
+/// Truth of one board with tags.
+struct MarkerBoardTruth {
+  bool in_view = false, whole = false;  ///< as in TagTruth
+  Eigen::Matrix2Xd points_px;  ///< points of the board in their order; empty if it is not drawn
+};
+
 /// Truth of one grid of discs.
 struct CircleGridTruth {
   bool in_view = false, whole = false;  ///< as in TagTruth
@@ -140,10 +167,12 @@ struct CircleGridTruth {
 
 /// Truth of all targets.
 struct TargetTruth {
-  std::vector<TagTruth> tags;           ///< in the order of the field
-  std::vector<CircleTruth> circles;     ///< in the order of the field
-  std::vector<ChessboardTruth> boards;  ///< in the order of the field
-  std::vector<CircleGridTruth> grids;   ///< in the order of the field
+  std::vector<TagTruth> tags;                 ///< in the order of the field
+  std::vector<CircleTruth> circles;           ///< in the order of the field
+  std::vector<ChessboardTruth> boards;        ///< in the order of the field
+  std::vector<CircleGridTruth> grids;         ///< in the order of the field
+  std::vector<MarkerBoardTruth> april_grids;  ///< in the order of the field
+  std::vector<MarkerBoardTruth> charucos;     ///< in the order of the field
 };
 
 /// Renders windows of one image.

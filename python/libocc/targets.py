@@ -2,7 +2,12 @@
 """Calibration targets and AprilTags: rendering with ground truth, detection and the camera's pose from tags."""
 
 from ._core import (
+    AprilGrid,
+    AprilGridTarget,
     AprilTag,
+    BoardPoints,
+    CharucoBoard,
+    CharucoTarget,
     ChessboardCorners,
     ChessboardTarget,
     ChessboardTruth,
@@ -11,6 +16,7 @@ from ._core import (
     CircleGridTruth,
     CircleTruth,
     CircularTarget,
+    MarkerBoardTruth,
     TagPattern,
     TagTruth,
     TargetRenderer,
@@ -18,6 +24,8 @@ from ._core import (
     circle_grid_positions,
     correct_disc_centres,
     detect_april_tags,
+    find_april_grid,
+    find_charuco,
     find_chessboard,
     find_circle_grid,
     locate_by_tags,
@@ -26,8 +34,9 @@ from ._core import (
 )
 
 __all__ = [
-    "AprilTag", "ChessboardCorners", "ChessboardTarget", "ChessboardTruth", "CircleGridPoints", "CircleGridTarget",
-    "CircleGridTruth", "CircleTruth", "CircularTarget", "TagPattern", "TagTruth", "TargetRenderer",
-    "april_tag_families", "circle_grid_positions", "correct_disc_centres", "detect_april_tags", "find_chessboard",
-    "find_circle_grid", "locate_by_tags", "tag_pattern", "tag_poses",
+    "AprilGrid", "AprilGridTarget", "AprilTag", "BoardPoints", "CharucoBoard", "CharucoTarget", "ChessboardCorners",
+    "ChessboardTarget", "ChessboardTruth", "CircleGridPoints", "CircleGridTarget", "CircleGridTruth", "CircleTruth",
+    "CircularTarget", "MarkerBoardTruth", "TagPattern", "TagTruth", "TargetRenderer", "april_tag_families",
+    "circle_grid_positions", "correct_disc_centres", "detect_april_tags", "find_april_grid", "find_charuco",
+    "find_chessboard", "find_circle_grid", "locate_by_tags", "tag_pattern", "tag_poses",
 ]

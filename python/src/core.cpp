@@ -93,6 +93,7 @@ PYBIND11_MODULE(_core, m) {
   occ::python::define_adjust(m);
   occ::python::define_network_statistics(m);
   occ::python::define_test_field(m);
+  occ::python::define_marker_boards(m);
   occ::python::define_targets(m);
   occ::python::define_start_network(m);
   occ::python::define_survey(m);

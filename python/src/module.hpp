@@ -56,6 +56,7 @@ void define_free_parameters(py::module_& m);                 // called by define
 void define_adjust(py::module_& m);
 void define_network_statistics(py::module_& m);
 void define_test_field(py::module_& m);
+void define_marker_boards(py::module_& m);
 void define_targets(py::module_& m);
 void define_start_network(py::module_& m);
 void define_survey(py::module_& m);

@@ -52,6 +52,8 @@ auto april_tag_fields() {
   using O = AprilTagOptions;
   return std::make_tuple(
       field("family", &O::family, "a name in april_tag_families()"),
+      field("border_cells", &O::border_cells,
+            "width of the tags' black border [cells]; 2 in grids of Kalibr"),
       field("decimate", &O::decimate, "factor by which the image is reduced for the search"),
       field("threads", &O::threads, "number of threads"),
       field("max_hamming", &O::max_hamming, "max number of corrected bits, 0 to 2"),

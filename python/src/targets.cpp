@@ -50,7 +50,23 @@ void define_kinds(py::module_& m) {
                 "4x4 pose of the board: x to the right, y down, z away from the viewer")));
 }
 
-void define_truth(py::module_& m) {
+void define_board_kinds(py::module_& m) {
+  using G = AprilGridTarget;
+  define_documented<G>(
+      m, "AprilGridTarget", "A grid of AprilTags in the world.",
+      std::make_tuple(required_field("board", &G::board, "AprilGrid"),
+                      field("world_from_board", &G::world_from_board,
+                            "4x4 pose of the board: x to the right, y up, z towards the viewer")));
+  using C = CharucoTarget;
+  define_documented<C>(
+      m, "CharucoTarget", "A ChArUco board in the world.",
+      std::make_tuple(
+          required_field("board", &C::board, "CharucoBoard"),
+          field("world_from_board", &C::world_from_board,
+                "4x4 pose of the board: x to the right, y down, z away from the viewer")));
+}
+
+void define_target_truth(py::module_& m) {
   ResultClass<TagTruth>(m, "TagTruth", "Ground truth of a tag in a rendered image.")
       .def_readonly("id", &TagTruth::id, "Id of the tag.")
       .def_readonly("in_view", &TagTruth::in_view, "It is drawn, and part of it lies on the image.")
@@ -79,6 +95,14 @@ void define_truth(py::module_& m) {
       .def_property_readonly(
           "corners_px", [](const ChessboardTruth& t) { return rows_of(t.corners_px); },
           "(n, 2) inner corners, row by row.");
+  ResultClass<MarkerBoardTruth>(m, "MarkerBoardTruth",
+                                "Ground truth of a board with tags in a rendered image.")
+      .def_readonly("in_view", &MarkerBoardTruth::in_view,
+                    "It is drawn, and part of it lies on the image.")
+      .def_readonly("whole", &MarkerBoardTruth::whole, "The whole board lies on the image.")
+      .def_property_readonly(
+          "points_px", [](const MarkerBoardTruth& t) { return rows_of(t.points_px); },
+          "(n, 2) points of the board, in their order.");
   ResultClass<CircleGridTruth>(m, "CircleGridTruth",
                                "Ground truth of a grid of discs in a rendered image.")
       .def_readonly("in_view", &CircleGridTruth::in_view,
@@ -95,14 +119,16 @@ void define_pattern(py::module_& m) {
                     "(n, n) bool: black cells, rows from the top, with the ring around the square.")
       .def_readonly("square_cells", &TagPattern::square_cells,
                     "Side of the square whose corners are detected, in the middle [cells].");
-  m.def("tag_pattern", &tag_pattern, py::arg("family"), py::arg("id"),
+  m.def("tag_pattern", &tag_pattern, py::arg("family"), py::arg("id"), py::kw_only(),
+        py::arg("border_cells") = 1,
         R"(Returns the TagPattern to print a tag.
 
-family: a name in april_tag_families(). id: number of the tag.
-Raises: ValueError for an unknown family or an id that the family does not have.)");
+family: a name in april_tag_families(). id: number of the tag. border_cells: width of the black
+border, 1 to 4; above 1 for tag36h11, tag36h10, tag25h9 and tag16h5 only.
+Raises: ValueError for an unknown family, an id that the family does not have, or such a border.)");
 }
 
-auto option_fields() {
+auto target_option_fields() {
   using O = TargetImageOptions;
   return std::make_tuple(
       field("psf_sigma_px", &O::psf_sigma_px, "standard deviation of the Gaussian lens blur"),
@@ -110,7 +136,7 @@ auto option_fields() {
       field("white_dn", &O::white_dn, "grey level of paper"),
       field("ground_dn", &O::ground_dn, "grey level of the ground"),
       field("margin_cells", &O::margin_cells,
-            "white paper around a print [cells; spacings of a grid]"),
+            "white paper around a print [cells; squares; spacings or gaps of a grid]"),
       field("noise_dn", &O::noise_dn, "standard deviation of the noise of a pixel"),
       field("seed", &O::seed, "seed of the noise"),
       field("frame", &O::frame, "index of the image; images of one seed differ in noise"));
@@ -120,25 +146,31 @@ auto option_fields() {
 
 void define_targets(py::module_& m) {
   define_kinds(m);
-  define_truth(m);
+  define_board_kinds(m);
+  define_target_truth(m);
   define_pattern(m);
   py::class_<TargetRenderer> renderer(m, "TargetRenderer", R"(Renders images of calibration targets.
 
 Windows are bit-identical to parts of one image, so a panorama that exceeds the memory can be
 rendered piece by piece.)");
-  const auto fields = option_fields();
+  const auto fields = target_option_fields();
   define_constructor(
       renderer, fields,
       [](TargetImageOptions options, const Camera& camera, const Rigid3& pose,
          const std::vector<Tag>& tags, const std::vector<CircularTarget>& circles,
-         const std::vector<ChessboardTarget>& boards, const std::vector<CircleGridTarget>& grids) {
-        return TargetRenderer({tags, circles, boards, grids}, camera, pose, options);
+         const std::vector<ChessboardTarget>& boards, const std::vector<CircleGridTarget>& grids,
+         const std::vector<AprilGridTarget>& april_grids,
+         const std::vector<CharucoTarget>& charucos) {
+        return TargetRenderer({tags, circles, boards, grids, april_grids, charucos}, camera, pose,
+                              options);
       },
       py::arg("camera"), py::arg("cam_from_world"), py::kw_only(),
       py::arg_v("tags", std::vector<Tag>{}, "[]"),
       py::arg_v("circles", std::vector<CircularTarget>{}, "[]"),
       py::arg_v("boards", std::vector<ChessboardTarget>{}, "[]"),
       py::arg_v("grids", std::vector<CircleGridTarget>{}, "[]"),
+      py::arg_v("april_grids", std::vector<AprilGridTarget>{}, "[]"),
+      py::arg_v("charucos", std::vector<CharucoTarget>{}, "[]"),
       ("Raises: ValueError naming the target or option that is not valid." +
        fields_doc(fields, "Options"))
           .c_str());
@@ -155,6 +187,12 @@ rendered piece by piece.)");
       .def_property_readonly(
           "grids", [](const TargetRenderer& r) { return r.truth().grids; },
           "A CircleGridTruth for each grid.")
+      .def_property_readonly(
+          "april_grids", [](const TargetRenderer& r) { return r.truth().april_grids; },
+          "A MarkerBoardTruth for each grid of tags.")
+      .def_property_readonly(
+          "charucos", [](const TargetRenderer& r) { return r.truth().charucos; },
+          "A MarkerBoardTruth for each ChArUco board.")
       .def(
           "window",
           [](const TargetRenderer& r, int x0, int y0, int width, int height) {

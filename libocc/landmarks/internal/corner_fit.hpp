@@ -17,6 +17,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <vector>
 
 #include "libocc/core/abi.hpp"
@@ -31,6 +32,10 @@ struct CornerStart {
   double contrast = 0;       ///< difference of bright and dark sectors [grey levels of the image]
   double blur_px = 1;
   double radius_px = 5;  ///< radius of the window
+  /// Convex quadrilaterals whose pixels are not part of the window, for example markers beside the
+  /// corner. Pixels within margin_px of them are excluded, too.
+  std::vector<std::array<Eigen::Vector2d, 4>> excluded;
+  double margin_px = 0;
 };
 
 constexpr int max_lag_px = 4;  ///< range of the correlation by demosaicing, sharpening and JPEG
@@ -55,6 +60,10 @@ struct CornerFit {
   double blur_px = 0, contrast = 0;
   InfluenceRaster raster;
   double variance = 0;  ///< variance of the pixels' noise, weighted by their influence
+  double misfit = 0;    ///< r.m.s. residual, relative to the contrast
+  /// Change of the grey levels and of their step over half a window, relative to the contrast. It
+  /// is above 1 if a sector has the wrong tone, which the gradients then imitate.
+  double gradient = 0;
 };
 
 /// False if the fit does not converge near its start, the window leaves the image, or the contrast

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <apriltag/apriltag.h>
 
+#include <algorithm>
+
 #include "libocc/core/internal/april_family.hpp"
 #include "libocc/core/require.hpp"
 #include "libocc/simulate/internal/target_outline.hpp"
@@ -81,9 +83,15 @@ TagPrint tag_print(const std::string& family, int id) {
 
 namespace occ {
 
-TagPattern tag_pattern(const std::string& family, int id) {
-  const internal::core::AprilFamily codes = internal::core::make_april_family(family);
+TagPattern tag_pattern(const std::string& family, int id, int border_cells) {
+  using internal::core::bordered_family_names;
+  require(border_cells >= 1 && border_cells <= 4, "tag: border_cells", border_cells,
+          "between 1 and 4");
+  const internal::core::AprilFamily codes = internal::core::make_april_family(family, border_cells);
   require(codes != nullptr, "tag: family", family, "a known one");
+  const std::vector<std::string> bordered = bordered_family_names();
+  require(border_cells == 1 || std::count(bordered.begin(), bordered.end(), family) > 0,
+          "tag: border_cells", border_cells, "1 for the family " + family);
   require(id >= 0 && id < static_cast<int>(codes->ncodes), "tag: id", id,
           "below " + std::to_string(codes->ncodes) + ", the number of tags of " + family);
   TagPattern pattern;

@@ -14,7 +14,7 @@
 #include "libocc/formation/coverage.hpp"
 #include "libocc/simulate/internal/noise_key.hpp"
 #include "libocc/simulate/internal/normal_variate.hpp"
-#include "libocc/simulate/internal/target_outline.hpp"
+#include "libocc/simulate/internal/target_figure.hpp"
 
 namespace occ {
 
@@ -45,13 +45,6 @@ struct Bounds {
       high = high.cwiseMax(point.px);
     }
   }
-};
-
-// A plane figure with its layers from the lowest to the uppermost.
-struct Figure {
-  Rigid3 cam_from_plane;
-  std::vector<PlaneOutline> outlines;
-  std::vector<double> levels_dn;
 };
 
 // Grey levels of one window; far sheets are painted first.
@@ -125,78 +118,6 @@ class Noise {
   std::vector<std::uint32_t> counters_, words_;
 };
 
-Rigid3 world_from_circle(const CircularTarget& circle) {
-  Rigid3 pose;
-  const Eigen::Vector3d x = circle.normal.unitOrthogonal();
-  pose.rotation << x, circle.normal.cross(x), circle.normal;
-  pose.translation = circle.centre_m;
-  return pose;
-}
-
-Figure tag_figure(const Tag& tag, const Rigid3& cam_from_world, const TargetImageOptions& o) {
-  const TagPrint print = tag_print(tag.family, tag.id);
-  const double half_m = 0.5 * tag.size_m;
-  PlaneOutline black;
-  for (const PrintEdge& edge : print.black)
-    black.edges.push_back({half_m * edge.from, half_m * edge.to});
-  return {cam_from_world * tag.world_from_tag(),
-          {square_outline(half_m * (print.half_width + o.margin_cells * print.cell)), black},
-          {o.white_dn, o.black_dn}};
-}
-
-Figure circle_figure(const CircularTarget& circle, const Rigid3& cam_from_world,
-                     const TargetImageOptions& o) {
-  const double sheet_m = circle.sheet_m > 0 ? circle.sheet_m : 4 * circle.radius_m;
-  PlaneOutline disc;
-  disc.circle_radius_m = circle.radius_m;
-  disc.circle_centres_m = {Eigen::Vector2d::Zero()};
-  return {cam_from_world * world_from_circle(circle),
-          {square_outline(0.5 * sheet_m), disc},
-          {circle.dark ? o.white_dn : o.black_dn, circle.dark ? o.black_dn : o.white_dn}};
-}
-
-Figure board_figure(const ChessboardTarget& board, const Rigid3& cam_from_world,
-                    const TargetImageOptions& o) {
-  Rigid3 board_from_plane;  // z axis towards the viewer instead of away
-  board_from_plane.rotation.diagonal() << 1, -1, -1;
-  const int columns = board.columns + 1, rows = board.rows + 1;
-  board_from_plane.translation =
-      board.square_m * Eigen::Vector3d(0.5 * columns - 1, 0.5 * rows - 1, 0);
-  const Eigen::Vector2d middle(0.5 * columns, -0.5 * rows);
-  PlaneOutline black;
-  for (const PrintEdge& edge :
-       cell_outline(columns, rows, [](int x, int y) { return (x + y) % 2 == 0; }))
-    black.edges.push_back(
-        {board.square_m * (edge.from - middle), board.square_m * (edge.to - middle)});
-  const Eigen::Vector2d half =
-      board.square_m * Eigen::Vector2d(0.5 * columns + o.margin_cells, 0.5 * rows + o.margin_cells);
-  return {cam_from_world * board.world_from_board * board_from_plane,
-          {rectangle_outline(half), black},
-          {o.white_dn, o.black_dn}};
-}
-
-Figure grid_figure(const CircleGridTarget& grid, const Rigid3& cam_from_world,
-                   const TargetImageOptions& o) {
-  const Eigen::Matrix3Xd centres = grid.centres_m();
-  const Eigen::Vector2d low = centres.topRows<2>().rowwise().minCoeff();
-  const Eigen::Vector2d high = centres.topRows<2>().rowwise().maxCoeff();
-  const Eigen::Vector2d middle = 0.5 * (low + high);
-  Rigid3 board_from_plane;  // z axis towards the viewer instead of away
-  board_from_plane.rotation.diagonal() << 1, -1, -1;
-  board_from_plane.translation << middle, 0;
-  PlaneOutline discs;
-  discs.circle_radius_m = grid.radius_m;
-  for (Eigen::Index i = 0; i < centres.cols(); ++i) {
-    const Eigen::Vector2d off = centres.col(i).head<2>() - middle;
-    discs.circle_centres_m.emplace_back(off.x(), -off.y());
-  }
-  const Eigen::Vector2d half = 0.5 * (high - low) + Eigen::Vector2d::Constant(grid.radius_m) +
-                               Eigen::Vector2d::Constant(o.margin_cells * grid.spacing_m);
-  return {cam_from_world * grid.world_from_board * board_from_plane,
-          {rectangle_outline(half), discs},
-          {grid.dark ? o.white_dn : o.black_dn, grid.dark ? o.black_dn : o.white_dn}};
-}
-
 }  // namespace
 
 struct TargetRenderer::Impl {
@@ -215,17 +136,18 @@ struct TargetRenderer::Impl {
     std::vector<Contour> contours;
     bool in_view = false, whole = false;
   };
-  Seen add(const Figure& figure);
+  Seen add(const TargetFigure& figure);
 
   // Projections of points of a figure that is drawn, continuous across the seam.
-  Eigen::Matrix2Xd near_centre(const Figure& figure, const Rigid3& cam_from_points,
+  Eigen::Matrix2Xd near_centre(const TargetFigure& figure, const Rigid3& cam_from_points,
                                const Eigen::Matrix3Xd& points) const;
 
  private:
-  bool add_copy(const Figure& figure, const Seen& seen, const Bounds& bounds, double shift_px);
+  bool add_copy(const TargetFigure& figure, const Seen& seen, const Bounds& bounds,
+                double shift_px);
 };
 
-TargetRenderer::Impl::Seen TargetRenderer::Impl::add(const Figure& figure) {
+TargetRenderer::Impl::Seen TargetRenderer::Impl::add(const TargetFigure& figure) {
   Seen seen;
   const auto centre = camera.project(figure.cam_from_plane.translation);
   if (!centre) return seen;
@@ -254,7 +176,7 @@ TargetRenderer::Impl::Seen TargetRenderer::Impl::add(const Figure& figure) {
   return seen;
 }
 
-Eigen::Matrix2Xd TargetRenderer::Impl::near_centre(const Figure& figure,
+Eigen::Matrix2Xd TargetRenderer::Impl::near_centre(const TargetFigure& figure,
                                                    const Rigid3& cam_from_points,
                                                    const Eigen::Matrix3Xd& points) const {
   const Eigen::Vector2d centre = camera.project(figure.cam_from_plane.translation).value();
@@ -266,8 +188,8 @@ Eigen::Matrix2Xd TargetRenderer::Impl::near_centre(const Figure& figure,
   return px;
 }
 
-bool TargetRenderer::Impl::add_copy(const Figure& figure, const Seen& seen, const Bounds& bounds,
-                                    double shift_px) {
+bool TargetRenderer::Impl::add_copy(const TargetFigure& figure, const Seen& seen,
+                                    const Bounds& bounds, double shift_px) {
   const auto clipped = [&](double low, double high, int size) {
     const double first = std::max(0.0, std::floor(low) - psf.reach());
     const double end = std::min<double>(size, std::floor(high) + psf.reach() + 2);
@@ -293,51 +215,6 @@ bool TargetRenderer::Impl::add_copy(const Figure& figure, const Seen& seen, cons
   return true;
 }
 
-void CircularTarget::validate() {
-  const std::string name = "circle " + std::to_string(id) + ": ";
-  require(radius_m > 0 && std::isfinite(radius_m), name + "radius_m", radius_m, "positive");
-  require(sheet_m == 0 || (sheet_m > 2 * radius_m && std::isfinite(sheet_m)), name + "sheet_m",
-          sheet_m, "0 or more than the disc's diameter");
-  require(centre_m.allFinite(), name + "centre_m", centre_m.transpose(), "finite");
-  require(normal.allFinite() && normal.norm() > 0, name + "normal", normal.transpose(),
-          "a direction");
-  normal.normalize();
-}
-
-void ChessboardTarget::validate() const {
-  require(columns >= 2 && columns <= 1000, "board: columns", columns, "between 2 and 1000");
-  require(rows >= 2 && rows <= 1000, "board: rows", rows, "between 2 and 1000");
-  require(square_m > 0 && std::isfinite(square_m), "board: square_m", square_m, "positive");
-  Rigid3::from_matrix(world_from_board.matrix(), "world_from_board");
-}
-
-Eigen::Matrix3Xd ChessboardTarget::corners_m() const {
-  Eigen::Matrix3Xd corners(3, columns * rows);
-  for (int row = 0; row < rows; ++row)
-    for (int column = 0; column < columns; ++column)
-      corners.col(row * columns + column) = square_m * Eigen::Vector3d(column, row, 0);
-  return corners;
-}
-
-void CircleGridTarget::validate() const {
-  require(columns >= 2 && columns <= 1000, "grid: columns", columns, "between 2 and 1000");
-  require(rows >= 2 && rows <= 1000, "grid: rows", rows, "between 2 and 1000");
-  require(spacing_m > 0 && std::isfinite(spacing_m), "grid: spacing_m", spacing_m, "positive");
-  const double nearest_m = asymmetric ? std::sqrt(2) * spacing_m : spacing_m;
-  require(radius_m > 0 && 2 * radius_m < nearest_m, "grid: radius_m", radius_m,
-          "positive, less than half the distance of neighbouring discs");
-  Rigid3::from_matrix(world_from_board.matrix(), "world_from_board");
-}
-
-Eigen::Matrix3Xd CircleGridTarget::centres_m() const {
-  Eigen::Matrix3Xd centres(3, columns * rows);
-  for (int row = 0; row < rows; ++row)
-    for (int column = 0; column < columns; ++column)
-      centres.col(row * columns + column) =
-          spacing_m * Eigen::Vector3d(asymmetric ? 2 * column + row % 2 : column, row, 0);
-  return centres;
-}
-
 void TargetImageOptions::validate() const {
   require(psf_sigma_px >= 0.1 && psf_sigma_px <= 20, "psf_sigma_px", psf_sigma_px,
           "between 0.1 and 20");
@@ -359,7 +236,7 @@ TargetRenderer::TargetRenderer(TargetField field, const Camera& camera,
   impl_ = std::make_unique<Impl>(camera, options);
   for (Tag& tag : field.tags) {
     tag.validate();
-    const Figure figure = tag_figure(tag, cam_from_world, options);
+    const TargetFigure figure = tag_figure(tag, cam_from_world, options);
     const Impl::Seen seen = impl_->add(figure);
     TagTruth truth;
     truth.id = tag.id;
@@ -374,7 +251,7 @@ TargetRenderer::TargetRenderer(TargetField field, const Camera& camera,
   }
   for (CircularTarget& circle : field.circles) {
     circle.validate();
-    const Figure figure = circle_figure(circle, cam_from_world, options);
+    const TargetFigure figure = circle_figure(circle, cam_from_world, options);
     const Impl::Seen seen = impl_->add(figure);
     CircleTruth truth;
     truth.id = circle.id;
@@ -388,7 +265,7 @@ TargetRenderer::TargetRenderer(TargetField field, const Camera& camera,
   }
   for (const ChessboardTarget& board : field.boards) {
     board.validate();
-    const Figure figure = board_figure(board, cam_from_world, options);
+    const TargetFigure figure = board_figure(board, cam_from_world, options);
     const Impl::Seen seen = impl_->add(figure);
     ChessboardTruth truth;
     truth.in_view = seen.in_view;
@@ -401,7 +278,7 @@ TargetRenderer::TargetRenderer(TargetField field, const Camera& camera,
   }
   for (const CircleGridTarget& grid : field.grids) {
     grid.validate();
-    const Figure figure = grid_figure(grid, cam_from_world, options);
+    const TargetFigure figure = grid_figure(grid, cam_from_world, options);
     const Impl::Seen seen = impl_->add(figure);
     CircleGridTruth truth;
     truth.in_view = seen.in_view;
@@ -410,6 +287,24 @@ TargetRenderer::TargetRenderer(TargetField field, const Camera& camera,
       truth.centres_px =
           impl_->near_centre(figure, cam_from_world * grid.world_from_board, grid.centres_m());
     impl_->truth.grids.push_back(truth);
+  }
+  const auto board_truth = [&](const TargetFigure& figure, const Rigid3& world_from_board,
+                               const Eigen::Matrix3Xd& points_m) {
+    const Impl::Seen seen = impl_->add(figure);
+    MarkerBoardTruth truth{seen.in_view, seen.whole, {}};
+    if (!seen.contours.empty())
+      truth.points_px = impl_->near_centre(figure, cam_from_world * world_from_board, points_m);
+    return truth;
+  };
+  for (const AprilGridTarget& grid : field.april_grids) {
+    grid.validate();
+    impl_->truth.april_grids.push_back(board_truth(april_grid_figure(grid, cam_from_world, options),
+                                                   grid.world_from_board, grid.board.points_m()));
+  }
+  for (const CharucoTarget& board : field.charucos) {
+    board.validate();
+    impl_->truth.charucos.push_back(board_truth(charuco_figure(board, cam_from_world, options),
+                                                board.world_from_board, board.board.points_m()));
   }
   std::stable_sort(impl_->sheets.begin(), impl_->sheets.end(),
                    [](const Sheet& a, const Sheet& b) { return a.distance_m > b.distance_m; });
