@@ -2,6 +2,7 @@
 #include "libocc/calibrate/board_network.hpp"
 
 #include <Eigen/Dense>
+#include <algorithm>
 #include <cmath>
 #include <map>
 
@@ -21,10 +22,41 @@ bool is_planar(const Eigen::Matrix3Xd& points) {
   return !(values[0] > min_depth * min_depth * values[2]);
 }
 
+/// Index of a point of the image among the points of the board.
+int index_of(const BoardImage& image, Eigen::Index k) {
+  return image.indices.empty() ? static_cast<int>(k) : image.indices[static_cast<std::size_t>(k)];
+}
+
+/// Points of the board that the image has.
+Eigen::Matrix3Xd points_of(const BoardImage& image, const Eigen::Matrix3Xd& board_m) {
+  Eigen::Matrix3Xd points(3, image.px.cols());
+  for (Eigen::Index k = 0; k < points.cols(); ++k) points.col(k) = board_m.col(index_of(image, k));
+  return points;
+}
+
+/// Checks the indices against a board of `count` points.
+void check_indices(const BoardImage& image, Eigen::Index count) {
+  const std::string name = "image " + image.name + ": ";
+  if (image.indices.empty() && image.px.cols() > 0) {
+    require(image.px.cols() == count, name + "px", image.px.cols(),
+            "one for each of the board's " + std::to_string(count) + " points");
+    return;
+  }
+  require(static_cast<Eigen::Index>(image.indices.size()) == image.px.cols(), name + "indices",
+          image.indices.size(), "one for each of the " + std::to_string(image.px.cols()) + " px");
+  std::vector<bool> is_used(static_cast<std::size_t>(count), false);
+  for (const int index : image.indices) {
+    require(index >= 0 && index < count, name + "indices", index,
+            "indices of the board's " + std::to_string(count) + " points");
+    require(!is_used[static_cast<std::size_t>(index)], name + "indices", index,
+            "different: an index may occur once");
+    is_used[static_cast<std::size_t>(index)] = true;
+  }
+}
+
 void check_image(const BoardImage& image, const Eigen::Matrix3Xd& board_m) {
   const std::string name = "image " + image.name + ": ";
-  require(image.px.cols() == board_m.cols(), name + "px", image.px.cols(),
-          "one for each of the board's " + std::to_string(board_m.cols()) + " points");
+  check_indices(image, board_m.cols());
   require_finite(image.px, name + "px");
   require(image.covariance_px2.empty() ||
               static_cast<Eigen::Index>(image.covariance_px2.size()) == image.px.cols(),
@@ -49,13 +81,22 @@ Eigen::Matrix3Xd chessboard_points(int columns, int rows, double square_m) {
 int correct_disc_centres(Network& network, const std::vector<BoardImage>& images, double radius_m) {
   require(radius_m > 0 && std::isfinite(radius_m), "radius_m", radius_m, "positive");
   require(network.bodies.size() == 1, "network.bodies", network.bodies.size(), "one board");
-  std::map<std::string, const BoardImage*> by_name;
-  for (const BoardImage& image : images) by_name[image.name] = &image;
+  const Eigen::Index count = network.bodies[0].corners_m.cols();
+  std::map<std::string, std::map<int, Eigen::Vector2d>> by_name;
+  for (const BoardImage& image : images) {
+    check_indices(image, count);
+    std::map<int, Eigen::Vector2d>& measured = by_name[image.name];
+    for (Eigen::Index k = 0; k < image.px.cols(); ++k)
+      measured[index_of(image, k)] = image.px.col(k);
+  }
   int dropped = 0;
   for (ImageObservation& observation : network.observations) {
     const NetworkImage& image = network.images[observation.image];
     const auto measured = by_name.find(image.name);
     require(measured != by_name.end(), "network.images", image.name, "the name of one of `images`");
+    const auto point = measured->second.find(observation.target.corner);
+    require(point != measured->second.end(), "image " + image.name + ": indices", image.name,
+            "those of the network: it has no point " + std::to_string(observation.target.corner));
     const Camera& camera = network.cameras[image.camera].camera;
     const Rigid3 pose = network.cam_from_world(observation.image);
     Lamp disc;
@@ -66,8 +107,7 @@ int correct_disc_centres(Network& network, const std::vector<BoardImage>& images
     const auto centre = camera.project(pose * disc.centre_m);
     const auto image_centre = project_lamp_centre(disc, pose, camera);
     if (centre && image_centre) {
-      observation.pixel = measured->second->px.col(observation.target.corner) +
-                          camera.difference_px(*centre, *image_centre);
+      observation.pixel = point->second + camera.difference_px(*centre, *image_centre);
     } else {
       observation.used = false;
       ++dropped;
@@ -79,8 +119,10 @@ int correct_disc_centres(Network& network, const std::vector<BoardImage>& images
 Result<Camera> start_pinhole(const Eigen::Matrix3Xd& board_m, const std::vector<BoardImage>& images,
                              int width, int height) {
   std::vector<PlaneView> views;
-  for (const BoardImage& image : images)
-    if (image.camera == 0) views.push_back({board_m.topRows<2>(), image.px});
+  for (const BoardImage& image : images) {
+    check_indices(image, board_m.cols());
+    if (image.camera == 0) views.push_back({points_of(image, board_m).topRows<2>(), image.px});
+  }
   return start_pinhole(views, width, height);
 }
 
@@ -103,8 +145,14 @@ Result<NetworkStart> board_network(const std::vector<NetworkCamera>& cameras,
     require(image.camera >= 0 && image.camera < static_cast<int>(cameras.size()),
             "image " + image.name + ": camera", image.camera, "an index of a camera");
     check_image(image, board_m);
+    if (image.px.cols() < std::min<Eigen::Index>(min_board_points, board_m.cols())) {
+      result.value.warnings.push_back(
+          image.name + " left out: it has " + std::to_string(image.px.cols()) +
+          " points of the board; the minimum is " + std::to_string(min_board_points));
+      continue;
+    }
     const Camera& camera = cameras[image.camera].camera;
-    const Result<Resection> found = resect(board_m, image.px, camera);
+    const Result<Resection> found = resect(points_of(image, board_m), image.px, camera);
     if (!found.ok()) {
       result.value.warnings.push_back(image.name + " left out: " + found.message);
       continue;
@@ -114,7 +162,7 @@ Result<NetworkStart> board_network(const std::vector<NetworkCamera>& cameras,
     for (Eigen::Index k = 0; k < image.px.cols(); ++k) {
       ImageObservation observation;
       observation.image = index;
-      observation.target = Target::of_corner(0, static_cast<int>(k));
+      observation.target = Target::of_corner(0, index_of(image, k));
       observation.pixel = image.px.col(k);
       observation.sigma_px.setConstant(sigma_px);
       if (!image.covariance_px2.empty())

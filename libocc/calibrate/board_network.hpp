@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Network from images of one calibration board (a chessboard, a grid of discs): each image gets its
-// pose by resection. The board's points are error-free and define the world frame.
+// Network from images of one calibration board (a chessboard, a grid of discs, a board with tags):
+// each image gets its pose by resection. The board's points are error-free and define the world
+// frame. An image may have a part of the points.
 #pragma once
 
 #include <Eigen/Core>
@@ -17,8 +18,11 @@ namespace occ {
 struct BoardImage {
   std::string name;                             ///< label, used in warnings
   int camera = 0;                               ///< index into the list of cameras
-  Eigen::Matrix2Xd px;                          ///< 2 x n: all points of the board, in their order
+  Eigen::Matrix2Xd px;                          ///< 2 x n: points of the board
   std::vector<Eigen::Matrix2d> covariance_px2;  ///< one per point; empty: sigma_px for all
+  /// Index of each point among the points of the board, each at most once; empty: all points of the
+  /// board in their order.
+  std::vector<int> indices{};
 };
 
 /// Inner corners of a chessboard [m], 3 x (columns rows), row by row, in the plane z = 0. Throws
@@ -39,11 +43,16 @@ LIBOCC_API Result<Camera> start_pinhole(const Eigen::Matrix3Xd& board_m,
                                         const std::vector<BoardImage>& images, int width,
                                         int height);
 
+/// Min number of points of an image in board_network(). Four points of a plane determine a pose
+/// without a check; two more make it redundant.
+constexpr int min_board_points = 6;
+
 /// board_m: 3 x n [m]. sigma_px: standard deviation of image points without a covariance. Images
-/// without a pose are left out with a warning. Status: ok; too_few_lamps: no image has a pose, or
+/// with fewer than min_board_points points of a larger board, or without a pose, are left out with
+/// a warning. Status: ok; too_few_lamps: no image has a pose, or
 /// only one image of a planar board, which does not determine a camera. Throws
-/// std::invalid_argument for a camera index out of range, counts that differ, or values that are
-/// not finite.
+/// std::invalid_argument for a camera index out of range, counts that differ, an index that is out
+/// of range or occurs twice, or values that are not finite.
 LIBOCC_API Result<NetworkStart> board_network(const std::vector<NetworkCamera>& cameras,
                                               const Eigen::Matrix3Xd& board_m,
                                               const std::vector<BoardImage>& images,

@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "libocc/calibrate/start_network.hpp"
 
+#include <type_traits>
+#include <utility>
+#include <variant>
+
 #include "fields.hpp"
 #include "libocc/calibrate/board_network.hpp"
 #include "libocc/calibrate/lamp_network.hpp"
@@ -116,16 +120,34 @@ They are (column, row) * spacing, or (2 column + row % 2, row) * spacing if asym
 Raises: ValueError for an argument that is not positive.)");
 }
 
+using WholeBoard = std::tuple<std::string, int, Rows, std::vector<Eigen::Matrix2d>>;
+using PartOfBoard =
+    std::tuple<std::string, int, Rows, std::vector<Eigen::Matrix2d>, std::vector<int>>;
+using BoardTuple = std::variant<WholeBoard, PartOfBoard>;
+
+std::vector<BoardImage> board_images(const std::vector<BoardTuple>& images) {
+  std::vector<BoardImage> all;
+  for (const BoardTuple& image : images)
+    std::visit(
+        [&](const auto& fields) {
+          BoardImage seen{std::get<0>(fields),
+                          std::get<1>(fields),
+                          std::get<2>(fields).transpose(),
+                          std::get<3>(fields),
+                          {}};
+          if constexpr (std::is_same_v<std::decay_t<decltype(fields)>, PartOfBoard>)
+            seen.indices = std::get<4>(fields);
+          all.push_back(std::move(seen));
+        },
+        image);
+  return all;
+}
+
 void define_disc_centres(py::module_& m) {
   m.def(
       "correct_disc_centres",
-      [](Network& network,
-         const std::vector<std::tuple<std::string, int, Rows, std::vector<Eigen::Matrix2d>>>&
-             images,
-         double radius_m) {
-        std::vector<BoardImage> seen;
-        for (const auto& [name, camera, px, covariances] : images)
-          seen.push_back({name, camera, px.transpose(), covariances});
+      [](Network& network, const std::vector<BoardTuple>& images, double radius_m) {
+        const std::vector<BoardImage> seen = board_images(images);
         py::gil_scoped_release unlocked;
         return correct_disc_centres(network, seen, radius_m);
       },
@@ -182,12 +204,8 @@ std::vector<NetworkCamera> network_cameras(const Cameras& cameras) {
 void define_boards_and_lamps(py::module_& m) {
   m.def(
       "board_network",
-      [](const Cameras& cameras, const Rows3& board_m,
-         const std::vector<std::tuple<std::string, int, Rows, std::vector<Eigen::Matrix2d>>>&
-             images) {
-        std::vector<BoardImage> seen;
-        for (const auto& [name, camera, px, covariances] : images)
-          seen.push_back({name, camera, px.transpose(), covariances});
+      [](const Cameras& cameras, const Rows3& board_m, const std::vector<BoardTuple>& images) {
+        const std::vector<BoardImage> seen = board_images(images);
         const Eigen::Matrix3Xd board = board_m.transpose();
         py::gil_scoped_release unlocked;
         return board_network(network_cameras(cameras), board, seen);
@@ -196,7 +214,9 @@ void define_boards_and_lamps(py::module_& m) {
       R"(Builds a network from images of one board of known points, which define the world frame.
 
 cameras: (name, Camera, free parameters); board_m: (n, 3); images: (name, camera index, (n, 2) [px],
-covariances (2, 2)). Returns: NetworkStart; its warnings name images without a pose.)");
+covariances (2, 2)), or with a fifth element, the indices of the points, if a part of the board is
+visible. Returns: NetworkStart; its warnings name the images that are left out: fewer than six points
+of a larger board, or no pose. Raises: ValueError for counts or indices that do not match the board.)");
   m.def(
       "lamp_network",
       [](const Cameras& cameras, const Scene& scene,
