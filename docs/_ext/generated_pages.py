@@ -14,7 +14,7 @@ TITLES = {
     "codes": "ids as light and back", "core": "images, status, random numbers", "decode": "ids from image sequences",
     "detect": "blobs, rims, spots, stripes", "formation": "the image of one lamp", "geometry": "rotations, poses",
     "guide": "vehicles, routes, planning, closed loop", "identify": "assignment of blobs to lamps, objects",
-    "ladder": "accuracy against time", "landmarks": "AprilTags, chessboards and grids of discs", "locate": "pose from one image",
+    "ladder": "accuracy against time", "landmarks": "AprilTags and calibration boards", "locate": "pose from one image",
     "network": "bundle adjustment", "photometry": "response curves, lamp power, ambient light",
     "pose": "pose solvers", "radiometry": "light and sensor", "refine": "maximum-likelihood pose and bounds",
     "scene": "lamps, sensor, room, files", "simulate": "images with ground truth", "smooth": "smoothing",

@@ -165,6 +165,66 @@ def test_a_chessboard_has_its_squares(libocc: Run, paper: str) -> None:
         np.testing.assert_allclose(np.abs(np.diff(corners, axis=0)[..., 1]), 25, atol=0.05)
 
 
+def board_mm(polygons: Polygons, size: tuple[float, float], board: object) -> np.ndarray:
+    """Measured points of a printed board with tags [mm], all of them."""
+    pixels = raster(polygons, size)
+    grid = isinstance(board, occ.targets.AprilGrid)
+    found = occ.targets.find_april_grid(pixels, board) if grid else occ.targets.find_charuco(pixels, board)
+    assert found.ok and found.foreign_ids == [] and found.misplaced_ids == [], found.message
+    assert found.indices == list(range(len(board.points_m)))
+    return (found.px + 0.5) / SCALE
+
+
+@pytest.mark.parametrize("legacy", [False, True])
+@pytest.mark.parametrize("kind", ["aprilgrid", "charuco"])
+def test_a_board_with_tags_has_its_scale(libocc: Run, kind: str, legacy: bool) -> None:
+    if kind == "aprilgrid":
+        board = occ.targets.AprilGrid(columns=4, rows=6, tag_size_m=0.03, spacing=0.25)
+        options = ["--aprilgrid", "4x6", "--tag-size", 0.03, "--spacing", 0.25]
+        text = "AprilGrid of 4x6 tags of tag36h11, tags of 30 mm, gaps of 7.5 mm; 1 page of A4"
+        if legacy:
+            Path("grid.yaml").write_text(
+                "target_type: 'aprilgrid'\ntagCols: 4\ntagRows: 6\ntagSize: 0.03\ntagSpacing: 0.25\n"
+            )
+            options = ["--aprilgrid", "grid.yaml"]
+    else:
+        board = occ.targets.CharucoBoard(columns=5, rows=6, square_m=0.036, marker_m=0.026, legacy=legacy)
+        options = ["--charuco", "5x6", "--square", 0.036, "--marker", 0.026, *(["--legacy"] if legacy else [])]
+        text = "ChArUco board of 5x6 squares of 36 mm, markers of tag36h11 of 26 mm"
+    for suffix in ("pdf", "svg"):
+        code, out, err = libocc("targets", *options, "--out", f"board.{suffix}")
+        assert code == 0 and text in out, err
+    (pdf,), pdf_size = polygons_of_pdf(Path("board.pdf"))
+    up = np.array([1, -1]) if kind == "aprilgrid" else np.array([1, 1])
+    for polygons, size in (polygons_of_svg(Path("board.svg")), (pdf, pdf_size)):
+        assert has_bar(polygons)
+        measured = board_mm(polygons, size, board)
+        expected = 1e3 * board.points_m[:, :2] * up
+        np.testing.assert_allclose(measured - measured[0], expected - expected[0], atol=0.06)
+
+
+def test_the_usual_grid_of_kalibr_fits_on_a0(libocc: Run) -> None:
+    grid = ["--aprilgrid", "6x6", "--tag-size", 0.088, "--spacing", 0.3]
+    code, out, err = libocc("targets", *grid, "--paper", "A0", "--out", "grid.svg")
+    assert code == 0 and "1 page of A0" in out, err
+    polygons, size = polygons_of_svg(Path("grid.svg"))
+    assert sorted(size) == pytest.approx([841, 1189], abs=1e-3)
+    black = np.concatenate([p for p in polygons if np.ptp(p[:, 0]) < 0.99 * size[0] and p[:, 1].max() < size[1] - 30])
+    assert np.ptp(black, axis=0) == pytest.approx([712.8, 712.8], abs=1e-2)
+
+
+def test_a_sheet_states_the_options_of_its_board(libocc: Run) -> None:
+    libocc("targets", "--aprilgrid", "4x6", "--tag-size", 0.03, "--spacing", 0.25, "--out", "a.svg")
+    text = text_of_svg(Path("a.svg"))
+    assert "--aprilgrid 4x6 --spacing 0.25 --tag-size 0.03 --out FOLDER" in text
+    assert "the tag size is 0.03 x B/100" in text
+    board = ["--charuco", "5x6", "--square", 0.036, "--marker", 0.026, "--legacy", "--family", "tag25h9"]
+    libocc("targets", *board, "--out", "c.svg")
+    text = text_of_svg(Path("c.svg"))
+    assert "--charuco 5x6 --family tag25h9 --legacy --marker 0.026 --square 0.036 --out FOLDER" in text
+    assert "the square is 0.036 x B/100, the marker 0.026 x B/100" in text
+
+
 def text_of_svg(path: Path) -> str:
     """Comments that matplotlib writes for each text."""
     return "\n".join(re.findall(r"<!-- (.*?) -->", path.read_text(), re.DOTALL)).replace("- -", "--")
@@ -229,6 +289,7 @@ def test_ranges_are_read_back() -> None:
         (["--tag-size", "0.05", "--family", "tag36h12"], "--family: must be one of"),
         (["--tag-size", "0.05", "--paper", "A5"], "--paper"),
         (["--tag-size", "0"], "--tag-size"),
+        (["--aprilgrid", "6x6", "--tag-size", "0.088", "--spacing", "0.3"], "--tag-size: a target of 712.8 x 712.8 mm"),
         (["--tag-size", "nan"], "--tag-size"),
         (["--chessboard", "9x6"], "--chessboard needs --square"),
         (["--chessboard", "2x6", "--square", "0.02"], "at least 3x3"),

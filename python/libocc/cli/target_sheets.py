@@ -14,9 +14,12 @@ from matplotlib.patches import PathPatch
 from matplotlib.path import Path as Outline
 from numpy.typing import NDArray
 
-from .._core import circle_grid_positions, tag_pattern
+from .._core import AprilGrid, CharucoBoard, TagPattern, circle_grid_positions, tag_pattern
 
-PAPERS_MM = {"A4": (210.0, 297.0), "A3": (297.0, 420.0), "Letter": (215.9, 279.4)}
+PAPERS_MM = {
+    "A4": (210.0, 297.0), "A3": (297.0, 420.0), "A2": (420.0, 594.0), "A1": (594.0, 841.0), "A0": (841.0, 1189.0),
+    "Letter": (215.9, 279.4),
+}
 MM_PER_INCH = 25.4
 MARGIN_MM = 5.0  # most printers leave 3 to 5 mm at the border blank
 FOOTER_MM = 22.0  # height of the bar and the text at the bottom, above the margin
@@ -68,10 +71,23 @@ class Discs:
 
 
 @dataclass(frozen=True)
+class Rectangles:
+    """Black rectangles (x, y, width, height) of a target, from its upper left corner."""
+
+    boxes_mm: NDArray[np.float64]
+    size_mm: tuple[float, float]
+    label: str = ""
+    gap_mm: float = 0.0
+
+
+Target = Pattern | Discs | Rectangles
+
+
+@dataclass(frozen=True)
 class Placed:
     """A pattern with the position of its upper left corner."""
 
-    pattern: Pattern | Discs
+    pattern: Target
     x_mm: float
     y_mm: float
 
@@ -97,6 +113,51 @@ def chessboard(columns: int, rows: int, square_m: float) -> Pattern:
     return Pattern((row + column) % 2 == 0, 1e3 * square_m, "")
 
 
+def cells_of(black: NDArray[np.bool_], x_mm: float, y_mm: float, side_mm: float) -> list[tuple[float, ...]]:
+    """Black runs of the rows of a square of cells."""
+    return list(runs(Pattern(black, side_mm / len(black), ""), x_mm, y_mm))
+
+
+def marker_board(board: AprilGrid | CharucoBoard) -> Rectangles:
+    """An AprilGrid with its outer squares, or a ChArUco board. Raises: ValueError naming the family."""
+    return april_grid(board) if isinstance(board, AprilGrid) else charuco(board)
+
+
+def april_grid(board: AprilGrid) -> Rectangles:
+    side_mm = 1e3 * board.tag_size_m
+    gap_mm = board.spacing * side_mm
+    pitch_mm = side_mm + gap_mm
+    wide_mm, high_mm = board.columns * pitch_mm + gap_mm, board.rows * pitch_mm + gap_mm
+    boxes: list[tuple[float, ...]] = [
+        (column * pitch_mm, row * pitch_mm, gap_mm, gap_mm)
+        for row in range(board.rows + 1) for column in range(board.columns + 1)
+    ]
+    for id, corners_m in board.tags().items():
+        left_m, top_m = corners_m[3]  # the board's y axis points up, from the lower left corner of tag 0
+        pattern = tag_pattern(board.family, id, border_cells=board.border_cells)
+        boxes += cells_of(square_of(pattern), gap_mm + 1e3 * left_m, high_mm - gap_mm - 1e3 * top_m, side_mm)
+    return Rectangles(np.array(boxes), (wide_mm, high_mm))
+
+
+def charuco(board: CharucoBoard) -> Rectangles:
+    side_mm = 1e3 * board.square_m
+    row, column = np.indices((board.rows, board.columns))
+    parity = 0 if board.legacy and board.rows % 2 == 0 else 1
+    black = (row + column) % 2 != parity
+    boxes: list[tuple[float, ...]] = list(runs(Pattern(black, side_mm, ""), 0, 0))
+    for id, corners_m in board.tags().items():
+        left_mm, top_mm = 1e3 * corners_m[1]  # the tag is upside down
+        upside_down = square_of(tag_pattern(board.family, id))[::-1, ::-1]
+        boxes += cells_of(upside_down, left_mm, top_mm, 1e3 * board.marker_m)
+    return Rectangles(np.array(boxes), (board.columns * side_mm, board.rows * side_mm))
+
+
+def square_of(pattern: TagPattern) -> NDArray[np.bool_]:
+    """Cells of a tag without the white ring around them."""
+    ring = (len(pattern.black) - pattern.square_cells) // 2
+    return np.asarray(pattern.black)[ring : ring + pattern.square_cells, ring : ring + pattern.square_cells]
+
+
 def circle_grid(columns: int, rows: int, asymmetric: bool, spacing_m: float, diameter_m: float) -> Discs:
     """Raises: ValueError if neighbouring discs touch."""
     nearest_m = math.sqrt(2) * spacing_m if asymmetric else spacing_m
@@ -109,7 +170,7 @@ def circle_grid(columns: int, rows: int, asymmetric: bool, spacing_m: float, dia
 class Grid:
     """Positions of equal targets on one page."""
 
-    def __init__(self, pattern: Pattern | Discs, width_mm: float, height_mm: float):
+    def __init__(self, pattern: Target, width_mm: float, height_mm: float):
         self.page_mm = width_mm, height_mm
         wide, high = pattern.size_mm
         self._gap = pattern.gap_mm
@@ -123,7 +184,7 @@ class Grid:
     def count(self) -> int:
         return self.columns * self.rows
 
-    def place(self, patterns: Sequence[Pattern | Discs], footer: str) -> Page:
+    def place(self, patterns: Sequence[Target], footer: str) -> Page:
         columns = min(self.columns, len(patterns))
         rows = -(-len(patterns) // columns)
         left, top = (
@@ -137,7 +198,7 @@ class Grid:
         return Page(*self.page_mm, targets, footer)
 
 
-def max_scale(pattern: Pattern | Discs, paper: str) -> float:
+def max_scale(pattern: Target, paper: str) -> float:
     """Largest scale with which the target fits on the paper."""
     own_wide, own_high = pattern.size_mm
     label_mm = LABEL_MM if pattern.label else 0
@@ -148,7 +209,7 @@ def max_scale(pattern: Pattern | Discs, paper: str) -> float:
     )
 
 
-def pages(patterns: Sequence[Pattern | Discs], paper: str, footer: str, per_page: int | None = None) -> list[Page]:
+def pages(patterns: Sequence[Target], paper: str, footer: str, per_page: int | None = None) -> list[Page]:
     """Places equal targets on as few pages as possible, upright or across.
 
     Raises: ValueError with the largest possible scale if a target does not fit on the paper.
@@ -200,6 +261,9 @@ def outline_of(placed: Placed) -> Outline:
     """One path of all black parts of a target."""
     if isinstance(placed.pattern, Pattern):
         return outline(runs(placed.pattern, placed.x_mm, placed.y_mm))
+    if isinstance(placed.pattern, Rectangles):
+        moved = placed.pattern.boxes_mm + [placed.x_mm, placed.y_mm, 0, 0]
+        return outline((x, y, wide, high) for x, y, wide, high in moved.tolist())
     centres = placed.pattern.centres_mm + [placed.x_mm, placed.y_mm]
     radius = placed.pattern.radius_mm
     return Outline.make_compound_path(*(Outline.circle((float(x), float(y)), radius) for x, y in centres))

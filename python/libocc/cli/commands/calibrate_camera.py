@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-import re
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 import click
@@ -9,6 +9,7 @@ import numpy as np
 import libocc as occ
 
 from .. import Failure, error_context
+from ..board_options import BoardOptions, board_of, board_options, check_targets, circles_of, marker_board
 from ..exif import FocalLength, camera_tags, focal_length, zoom
 from ..progress import progress
 from .calibrate_options import add_distances, adjustment_options, distance_option, finish
@@ -16,42 +17,6 @@ from .calibrate_options import add_distances, adjustment_options, distance_optio
 MODELS = ("pinhole", "fisheye", "double_sphere", "brown_forward", "brown_backward")
 MAX_SIZE_M = 10.0  # a larger number is probably in millimetres
 MAX_FOCAL_CHANGE = 0.03  # relative; the whole millimetres of an equal focal length differ by less
-
-
-def board_of(ctx: click.Context, param: click.Parameter, value: str | None) -> tuple[int, int] | None:
-    """Parses COLUMNSxROWS of inner corners."""
-    if value is None:
-        return None
-    found = re.fullmatch(r"(\d+)x(\d+)", value)
-    if not found or min(map(int, found.groups())) < 3:
-        rule = "must be COLUMNSxROWS of inner corners, at least 3x3, such as 9x6"
-        raise click.BadParameter(f"{value!r} {rule}", ctx, param)
-    return int(found[1]), int(found[2])
-
-
-def circles_of(ctx: click.Context, param: click.Parameter, value: str | None) -> tuple[int, int] | None:
-    """Parses COLUMNSxROWS of discs."""
-    if value is None:
-        return None
-    found = re.fullmatch(r"(\d+)x(\d+)", value)
-    if not found or int(found[1]) < 2 or int(found[2]) < 3:
-        raise click.BadParameter(f"{value!r} must be COLUMNSxROWS of discs, at least 2x3, such as 4x11", ctx, param)
-    return int(found[1]), int(found[2])
-
-
-def check_targets(
-    tag_size_m: float | None, chessboard: tuple[int, int] | None, square_m: float | None,
-    circles: tuple[int, int] | None, spacing_m: float | None, diameter_m: float | None,
-) -> None:
-    """Raises: Failure unless the options describe exactly one kind of target."""
-    if sum(each is not None for each in (tag_size_m, chessboard, circles)) != 1:
-        raise Failure(
-            "give either --tag-size, or --chessboard with --square, or --circles with --spacing and --diameter"
-        )
-    if chessboard is not None and square_m is None:
-        raise Failure("--chessboard needs --square")
-    if circles is not None and (spacing_m is None or diameter_m is None):
-        raise Failure("--circles needs --spacing and --diameter")
 
 
 def free_parameters(camera: occ.Camera) -> list[str]:
@@ -125,20 +90,22 @@ def plane_of_tag(tag: occ.targets.AprilTag) -> tuple[Any, Any]:
     return np.array([[-1.0, -1], [1, -1], [1, 1], [-1, 1]]), tag.corners_px
 
 
-@click.command(short_help="Calibrate a camera from images of AprilTags, a chessboard or a grid of discs.")
+@click.command(short_help="Calibrate a camera from images of AprilTags or a calibration board.")
 @click.argument("images", nargs=-1, required=True, metavar="IMAGE...")
 @click.option("--tag-size", "tag_size_m", type=click.FloatRange(0, MAX_SIZE_M, min_open=True), metavar="M",
-              help="Side of the tags' black squares [m]; the positions of the tags need not be known.")
+              help="Side of the tags' black squares [m]. Without --aprilgrid, the positions of the tags need not be "
+                   "known.")
 @click.option("--family", default="tag36h11", show_default=True, help="Family of the tags.")
+@board_options
 @click.option("--chessboard", callback=board_of, metavar="COLSxROWS", help="Inner corners of the board in every image.")
 @click.option("--square", "square_m", type=click.FloatRange(0, MAX_SIZE_M, min_open=True), metavar="M",
-              help="Side of the board's squares [m].")
+              help="Side of the squares of --chessboard or --charuco [m].")
 @click.option("--circles", callback=circles_of, metavar="COLSxROWS",
               help="Discs of the grid in every image. Odd rows are shifted by the spacing, unless --symmetric.")
 @click.option("--symmetric", is_flag=True, help="The rows of --circles are not shifted.")
 @click.option("--spacing", "spacing_m", type=click.FloatRange(0, MAX_SIZE_M, min_open=True), metavar="M",
               help="Distance of the rows of --circles [m]: half the distance of the discs of a row, or, with "
-                   "--symmetric, their distance.")
+                   "--symmetric, their distance. With --aprilgrid: gap between tags, relative to their side.")
 @click.option("--diameter", "diameter_m", type=click.FloatRange(0, MAX_SIZE_M, min_open=True), metavar="M",
               help="Diameter of the discs [m].")
 @click.option("--model", type=click.Choice(MODELS), default="pinhole", show_default=True)
@@ -153,39 +120,51 @@ def plane_of_tag(tag: occ.targets.AprilTag) -> tuple[Any, Any]:
 @click.pass_context
 def command(
     ctx: click.Context, images: tuple[str, ...], tag_size_m: float | None, family: str,
+    aprilgrid: tuple[int, int] | Path | None, charuco: tuple[int, int] | None, marker_m: float | None, legacy: bool,
     chessboard: tuple[int, int] | None, square_m: float | None, circles: tuple[int, int] | None, symmetric: bool,
     spacing_m: float | None, diameter_m: float | None, model: str, coefficients: str, focal_px: float | None,
     camera_path: str | None, distance: tuple[Any, ...], out: str, datum_kind: str | None, select: bool, ladder: bool,
     robust: bool, as_json: bool,
 ) -> None:
-    """Calibrates the camera that took IMAGEs of AprilTags, of one chessboard, or of one grid of discs. The tags
-    have one size and may be anywhere; at least two must be visible in every image. Writes a folder with report.html,
-    result.json, and camera files for libocc, OpenCV and ROS.
+    """Calibrates the camera that took IMAGEs of AprilTags, or of one board: a chessboard, a grid of discs, an
+    AprilGrid or a ChArUco board. Tags without a board have one size and may be anywhere; at least two must be visible
+    in every image. Of an AprilGrid or a ChArUco board, a part suffices. Writes a folder with report.html, result.json,
+    and camera files for libocc, OpenCV and ROS.
 
     \b
     libocc calibrate camera *.png --tag-size 0.08 --out calibrated
     libocc calibrate camera left*.jpg --chessboard 9x6 --square 0.025 --out calibrated
     libocc calibrate camera left*.jpg --circles 4x11 --spacing 0.02 --diameter 0.018 --out calibrated
+    libocc calibrate camera left*.jpg --aprilgrid 6x6 --tag-size 0.088 --spacing 0.3 --out calibrated
+    libocc calibrate camera left*.jpg --charuco 5x7 --square 0.04 --marker 0.03 --out calibrated
 
     Exit code 0: calibrated; 1: not determined or not converged (the folder has the last state);
     2: bad input.
     """
-    from ..calibration import circles as discs, pictures
+    from ..calibration import circles as discs, marker_boards, pictures
 
-    check_targets(tag_size_m, chessboard, square_m, circles, spacing_m, diameter_m)
+    board_kind = BoardOptions(aprilgrid, charuco, marker_m, legacy)
+    check_targets(tag_size_m, chessboard, square_m, circles, spacing_m, diameter_m, board_kind)
+    marked = marker_board(board_kind, family, tag_size_m, square_m, spacing_m)
     start, keep = None, []
     if camera_path is not None:
         with error_context(camera_path):
             start = occ.read_camera(camera_path)
     settings = {"kind": "camera", "images": list(images), "tag_size_m": tag_size_m, "square_m": square_m,
                 "spacing_m": spacing_m, "diameter_m": diameter_m}
+    if marked is not None:
+        settings["board"] = marked.text
     notes: list[str] = []
     try:
-        if chessboard is not None and square_m is not None:
+        if marked is not None:
+            with progress("detecting the board", len(images)) as advance:
+                parts, sizes = marker_boards.find_marker_boards(images, marked, advance)
+            views: list[Any] = marker_boards.views_of(marked, parts)
+        elif chessboard is not None and square_m is not None:
             with progress("detecting the board", len(images)) as advance:
                 boards, sizes = pictures.find_boards(images, *chessboard, advance)
             points = pictures.board_points(*chessboard, square_m)
-            views: list[Any] = [(points[:, :2], board[0]) for board in boards if board is not None]
+            views = [(points[:, :2], board[0]) for board in boards if board is not None]
         elif circles is not None and spacing_m is not None:
             with progress("detecting the grid", len(images)) as advance:
                 boards, sizes = discs.find_grids(images, *circles, not symmetric, advance)
@@ -205,6 +184,9 @@ def command(
         if circles is not None:
             target = f"{'symmetric' if symmetric else 'asymmetric'} grid of {circles[0]}x{circles[1]} discs"
             hint = "a row of an asymmetric grid has half as many discs as columns of discs; the grid must be whole"
+        if marked is not None:
+            target = marked.text
+            hint = f"{images[0]}: {parts[0].message or 'fewer than four points'}"
         raise Failure(f"no {target} was detected in any of {len(images)} images; {hint}")
     if start is not None and (start.width, start.height) != size:
         sizes_text = f"{start.width} x {start.height} px, the images have {size[0]} x {size[1]} px"
@@ -216,7 +198,11 @@ def command(
             keep = ["fx_px", "fy_px"]
         notes += about_pictures
     free = free_parameters(start)
-    if chessboard is not None:
+    if marked is not None:
+        started = marker_boards.network_of_marker_boards(start, free, images, marked, parts)
+        notes += marker_boards.notes_of(images, marked, parts)
+        network = started.network
+    elif chessboard is not None:
         started = pictures.network_of_boards(start, free, images, boards, points)
         hidden = {image: board.unfitted for image, board in zip(images, boards) if board is not None and board.unfitted}
         notes += [
@@ -232,7 +218,7 @@ def command(
         assert tag_size_m is not None
         started = pictures.network_of_tags(start, free, images, tags, family, tag_size_m)
         network = started.network
-    if tag_size_m is None:
+    if chessboard is not None or circles is not None:
         what = "chessboard" if chessboard is not None else "grid of discs"
         missing = [image for image, board in zip(images, boards) if board is None]
         notes += [f"{image}: no {what} was detected; the image is not used" for image in missing]

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..._core import Camera, Network
+from ..._core import AprilGrid, Camera, Network
 from ...yaml_files import read_yaml
 from ..sections import Section
 from .fields import Imported
@@ -116,6 +116,23 @@ def target_corners(path: Path) -> NDArray[np.float64]:
         rows, columns = count(section, "targetRows"), count(section, "targetCols")
         return np.array([[across * column, up * row, 0.0] for row in range(rows) for column in range(columns)])
     raise section.fail("target_type", "aprilgrid or checkerboard")
+
+
+def read_april_grid(path: Path, family: str = "tag36h11") -> AprilGrid:
+    """The grid of AprilTags of a target file of Kalibr. Raises: OSError; ValueError naming file, key and value."""
+    section = Section(path, "", read_yaml(path), TARGET_KEYS)
+    if section.text("target_type") != "aprilgrid":
+        raise section.fail("target_type", "aprilgrid")
+    if section.has("codeOffset") and section.number("codeOffset") != 0:
+        raise section.fail("codeOffset", "0: ids start at the lower left tag")
+    try:
+        board = AprilGrid(
+            columns=count(section, "tagCols"), rows=count(section, "tagRows"), tag_size_m=section.positive("tagSize"),
+            spacing=section.positive("tagSpacing"), family=family,
+        )
+    except ValueError as error:
+        raise ValueError(str(error) if str(path) in str(error) else f"{path}: {error}") from None
+    return board
 
 
 def read_kalibr(path: str | Path, *, target: str | Path | None = None) -> Imported:
