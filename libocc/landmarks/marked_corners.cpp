@@ -8,6 +8,7 @@
 #include <optional>
 #include <utility>
 
+#include "libocc/core/internal/dense.hpp"
 #include "libocc/landmarks/internal/corner_fit.hpp"
 #include "libocc/landmarks/internal/grey_image.hpp"
 #include "libocc/landmarks/internal/grid_scatter.hpp"
@@ -21,10 +22,14 @@ using Eigen::Vector2d;
 
 /// Predicted image of a corner.
 struct CornerPrediction {
+  Matrix3d px_from_board = Matrix3d::Identity();
   Vector2d px = Vector2d::Zero();
   Matrix2d px_per_m = Matrix2d::Identity();  // derivative by the position on the board
 
   Vector2d at(const Vector2d& offset_m) const { return px + px_per_m * offset_m; }
+  Vector2d mapped(const Vector2d& at_m) const {
+    return (px_from_board * at_m.homogeneous()).hnormalized();
+  }
   /// Distance of a line that is `distance_m` away on the board and parallel to an edge.
   double clearance_px(double distance_m) const {
     return distance_m * std::abs(px_per_m.determinant()) /
@@ -37,6 +42,21 @@ struct KnownPoint {
   Vector2d at_m, px;
 };
 
+/// Points around `at_m` within `reach_m` per axis, the nearest first.
+std::vector<KnownPoint> nearest_points(const std::vector<KnownPoint>& all, const Vector2d& at_m,
+                                       double reach_m, std::size_t max_points) {
+  std::vector<std::pair<double, std::size_t>> near;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    const Vector2d off_m = all[i].at_m - at_m;
+    if (off_m.cwiseAbs().maxCoeff() <= reach_m) near.emplace_back(off_m.squaredNorm(), i);
+  }
+  std::sort(near.begin(), near.end());
+  near.resize(std::min(near.size(), max_points));
+  std::vector<KnownPoint> points;
+  for (const auto& [distance, i] : near) points.push_back(all[i]);
+  return points;
+}
+
 /// Prediction by a homography from known points around the corner.
 std::optional<CornerPrediction> predicted(const std::vector<KnownPoint>& known,
                                           const Vector2d& at_m) {
@@ -48,6 +68,7 @@ std::optional<CornerPrediction> predicted(const std::vector<KnownPoint>& known,
   const Matrix3d h = plane_homography(plane_m, px);
   const Eigen::Vector3d image = h * at_m.homogeneous();
   CornerPrediction found;
+  found.px_from_board = h;
   found.px = image.hnormalized();
   found.px_per_m = (h.topLeftCorner<2, 2>() - found.px * h.block<1, 2>(2, 0)) / image.z();
   if (!found.px.allFinite() || !found.px_per_m.allFinite()) return std::nullopt;
@@ -96,33 +117,22 @@ class TagPredictor {
   std::vector<SeenTag> tags_;
 };
 
-/// Predicts a corner by the nearest measured corners; nullopt if they are too few or on a line.
-std::optional<CornerPrediction> predicted_by_corners(const std::vector<KnownPoint>& measured,
-                                                     const Vector2d& at_m, double step_m) {
-  constexpr std::size_t min_points = 6, max_points = 12;
-  constexpr double min_extent = 0.3;  // of step_m, across the longest direction
-  std::vector<std::pair<double, std::size_t>> near;
-  for (std::size_t i = 0; i < measured.size(); ++i) {
-    const Vector2d off_m = measured[i].at_m - at_m;
-    if (off_m.cwiseAbs().maxCoeff() <= step_m) near.emplace_back(off_m.squaredNorm(), i);
-  }
+/// Prediction by measured corners; nullopt if they are too few or on a line.
+std::optional<CornerPrediction> predicted_by(const std::vector<KnownPoint>& near,
+                                             const Vector2d& at_m, double step_m) {
+  constexpr std::size_t min_points = 6;
+  constexpr double min_extent = 0.15;  // r.m.s. across the longest direction, of step_m
   if (near.size() < min_points) return std::nullopt;
-  std::sort(near.begin(), near.end());
-  near.resize(std::min(near.size(), max_points));
-  std::vector<KnownPoint> known;
+  const auto n = static_cast<double>(near.size());
   Vector2d mean = Vector2d::Zero();
-  for (const auto& [distance, i] : near) {
-    known.push_back(measured[i]);
-    mean += measured[i].at_m / static_cast<double>(near.size());
-  }
+  for (const KnownPoint& point : near) mean += point.at_m / n;
   Matrix2d scatter = Matrix2d::Zero();
-  for (const KnownPoint& point : known)
-    scatter +=
-        (point.at_m - mean) * (point.at_m - mean).transpose() / static_cast<double>(known.size());
+  for (const KnownPoint& point : near)
+    scatter += (point.at_m - mean) * (point.at_m - mean).transpose() / n;
   const double smallest =
       0.5 * (scatter.trace() - std::hypot(scatter(0, 0) - scatter(1, 1), 2 * scatter(0, 1)));
-  if (!(smallest > min_extent * min_extent * step_m * step_m / 4)) return std::nullopt;
-  return predicted(known, at_m);
+  if (!(smallest > min_extent * min_extent * step_m * step_m)) return std::nullopt;
+  return predicted(near, at_m);
 }
 
 double cross(const Vector2d& a, const Vector2d& b) { return a.x() * b.y() - a.y() * b.x(); }
@@ -202,6 +212,57 @@ void remove_misfits(std::vector<IndexedFit>& fits) {
              fits.end());
 }
 
+std::vector<KnownPoint> known_points(const MarkedBoard& board,
+                                     const std::vector<IndexedFit>& fits) {
+  std::vector<KnownPoint> known;
+  for (const IndexedFit& each : fits)
+    known.push_back({board.corners[static_cast<std::size_t>(each.index)].at_m, each.fit.px});
+  return known;
+}
+
+/// Distance of a corner from its prediction by the others, relative to the tolerance; 0 if they do
+/// not predict it.
+double stray_ratio(const std::vector<KnownPoint>& others, const KnownPoint& corner, double step_m) {
+  constexpr std::size_t max_points = 12;
+  constexpr double min_off_px = 0.3, max_ratio = 4;
+  const std::vector<KnownPoint> near = nearest_points(others, corner.at_m, 2 * step_m, max_points);
+  const auto prediction = predicted_by(near, corner.at_m, step_m);
+  if (!prediction) return 0;
+  // Usual errors: the residuals of the neighbours, which contain noise and lens distortion, times
+  // the leverage of an affine fit.
+  Eigen::Matrix3d moments = Eigen::Matrix3d::Zero();
+  double squared_px2 = 0;
+  for (const KnownPoint& point : near) {
+    const Eigen::Vector3d row = ((point.at_m - corner.at_m) / step_m).homogeneous();
+    moments += row * row.transpose();
+    squared_px2 += (prediction->mapped(point.at_m) - point.px).squaredNorm();
+  }
+  const double freedom = std::max(1.0, 2 * static_cast<double>(near.size()) - 8);
+  const double leverage = core::inverse(moments)(2, 2);
+  const double usual_px = std::sqrt(squared_px2 / freedom * (1 + leverage));
+  return (prediction->px - corner.px).norm() / (min_off_px + max_ratio * usual_px);
+}
+
+/// Removes corners that are not where their neighbours predict them: corners of another pattern, in
+/// front of the board. The worst one is removed first, because it also moves its neighbours.
+void remove_strays(const MarkedBoard& board, std::vector<IndexedFit>& fits) {
+  while (true) {
+    const std::vector<KnownPoint> known = known_points(board, fits);
+    double worst_ratio = 1;
+    std::size_t worst = known.size();
+    for (std::size_t i = 0; i < known.size(); ++i) {
+      std::vector<KnownPoint> others = known;
+      others.erase(others.begin() + static_cast<std::ptrdiff_t>(i));
+      const double ratio = stray_ratio(others, known[i], board.step_m);
+      if (!(ratio > worst_ratio)) continue;
+      worst_ratio = ratio;
+      worst = i;
+    }
+    if (worst == known.size()) return;
+    fits.erase(fits.begin() + static_cast<std::ptrdiff_t>(worst));
+  }
+}
+
 /// Fits the corner at its predicted place; false if it is covered, or another one.
 bool measure_corner(const GreyImage& grey, const MarkedCorner& corner,
                     const CornerPrediction& prediction, double max_window_px, CornerFit& fit) {
@@ -219,7 +280,8 @@ bool measure_corner(const GreyImage& grey, const MarkedCorner& corner,
 /// Returns the number of predicted corners inside the image.
 int measure_all(const GreyImage& grey, const MarkedBoard& board, const TagPredictor& by_tags,
                 double max_window_px, std::vector<IndexedFit>& fits) {
-  constexpr double border_px = 4;  // a corner nearer to the border has no window
+  constexpr std::size_t max_points = 12;  // around a corner; farther ones add distortion
+  constexpr double border_px = 4;         // a corner nearer to the border has no window
   std::vector<bool> is_predicted(board.corners.size(), false);
   const auto measure = [&](std::size_t i, const std::optional<CornerPrediction>& prediction) {
     if (!prediction || !grey.holds(prediction->px, border_px)) return;
@@ -231,15 +293,19 @@ int measure_all(const GreyImage& grey, const MarkedBoard& board, const TagPredic
   };
   for (std::size_t i = 0; i < board.corners.size(); ++i) measure(i, by_tags(board.corners[i].at_m));
   remove_misfits(fits);
+  remove_strays(board, fits);
   for (std::size_t before = 0; fits.size() > before;) {
     before = fits.size();
-    std::vector<KnownPoint> measured;
-    for (const IndexedFit& each : fits)
-      measured.push_back({board.corners[static_cast<std::size_t>(each.index)].at_m, each.fit.px});
+    const std::vector<KnownPoint> measured = known_points(board, fits);
+    const auto predicted_by_measured = [&](std::size_t i) {
+      const Vector2d& at_m = board.corners[i].at_m;
+      return predicted_by(nearest_points(measured, at_m, board.step_m, max_points), at_m,
+                          board.step_m);
+    };
     for (std::size_t i = 0; i < board.corners.size(); ++i)
-      if (!is_predicted[i])
-        measure(i, predicted_by_corners(measured, board.corners[i].at_m, board.step_m));
+      if (!is_predicted[i]) measure(i, predicted_by_measured(i));
     remove_misfits(fits);
+    remove_strays(board, fits);
   }
   std::sort(fits.begin(), fits.end(),
             [](const IndexedFit& a, const IndexedFit& b) { return a.index < b.index; });

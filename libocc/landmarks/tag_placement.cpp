@@ -55,7 +55,7 @@ struct BoardCandidate {
 bool predicts(const BoardCandidate& from, const BoardCandidate& to) {
   // The tolerance grows with the distance, since errors of the corners and the lens distortion are
   // extrapolated. A tag of another place is off by more than its side, as tags do not touch.
-  constexpr double near = 0.2, per_side = 0.07, max_tolerance = 0.6;
+  constexpr double near = 0.3, per_side = 0.1, max_tolerance = 0.5;
   const double sides =
       (middle_of(to.on_board->corners_m) - middle_of(from.on_board->corners_m)).norm() /
       side_of(from.on_board->corners_m);

@@ -197,6 +197,42 @@ TEST(MarkerBoards, CoveredPointsAreNotMeasured) {
   }
 }
 
+// A sheet of checks of the size of the gaps has corners of its own.
+TEST(MarkerBoards, CornersOfAnotherPatternAreNotPoints) {
+  const Camera camera = lens();
+  const Eigen::Matrix3Xd points = small_grid().points_m();
+  int covered = 0, taken = 0;
+  for (int t = 0; t < 6; ++t) {
+    TargetField field;
+    field.april_grids = {{small_grid(), board_pose(middle(points), {0, 0, 0.42},
+                                                   {0.1 * t, 0.3 - 0.1 * t, 0.2}, true)}};
+    const TargetRenderer renderer(field, camera, {});
+    Image image = renderer.window({0, 0, 800, 600});
+    Random random(static_cast<std::uint64_t>(t));
+    std::vector<std::uint8_t> checks(900);
+    for (std::uint8_t& check : checks) check = random.uniform(0, 1) < 0.5 ? 30 : 200;
+    const auto is_covered = [&](const Eigen::Vector2d& px) {
+      return px.x() > 330 && px.x() < 520 && px.y() > 250 && px.y() < 420;
+    };
+    for (int y = 250; y < 420; ++y)
+      for (int x = 330; x < 520; ++x)
+        image.u8[static_cast<std::size_t>(y * 800 + x)] =
+            checks[static_cast<std::size_t>((y - 250) / 10 * 30 + (x - 330) / 10)];
+    const Result<BoardPoints> found = find_april_grid(image.view(), small_grid());
+    ASSERT_TRUE(found.ok()) << found.message;
+    const Eigen::Matrix2Xd& truth = renderer.truth().april_grids[0].points_px;
+    for (Eigen::Index k = 0; k < truth.cols(); ++k) covered += is_covered(truth.col(k));
+    EXPECT_GT(found->indices.size(), 60u);
+    for (std::size_t k = 0; k < found->indices.size(); ++k) {
+      const Eigen::Vector2d right = truth.col(found->indices[k]);
+      taken += is_covered(right);
+      EXPECT_LT((found->px.col(static_cast<Eigen::Index>(k)) - right).norm(), 1) << t;
+    }
+  }
+  EXPECT_GT(covered, 60);
+  EXPECT_LT(taken, 0.05 * covered);
+}
+
 TEST(MarkerBoards, EveryFamilyAndSmallTagsAreFound) {
   for (const char* family : {"tag36h11", "tag36h10", "tag25h9", "tag16h5"}) {
     AprilGrid grid = small_grid();

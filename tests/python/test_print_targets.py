@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 from PIL import Image, ImageDraw
 
 import libocc as occ
@@ -222,6 +223,12 @@ def test_a_sheet_states_the_options_of_its_board(libocc: Run) -> None:
     libocc("targets", *board, "--out", "c.svg")
     text = text_of_svg(Path("c.svg"))
     assert "--charuco 5x6 --family tag25h9 --legacy --marker 0.026 --square 0.036 --out FOLDER" in text
+    for footer in (text, text_of_svg(Path("a.svg"))):
+        lines = next(part for part in re.split(r"\n(?=100 mm)", footer) if part.startswith("100 mm")).splitlines()
+        figure = Figure(figsize=(210 / 25.4, 297 / 25.4))
+        for line in lines:
+            drawn = figure.text(0, 0, line, fontsize=target_sheets.FONT_PT)
+            assert drawn.get_window_extent().width * 25.4 / figure.dpi < 200 - 5, line
     assert "the square is 0.036 x B/100, the marker 0.026 x B/100" in text
 
 

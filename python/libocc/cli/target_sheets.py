@@ -97,7 +97,7 @@ class Page:
     width_mm: float
     height_mm: float
     targets: tuple[Placed, ...]
-    footer: str  # two lines
+    footer: str  # two or three lines
 
 
 def tag(family: str, id: int, size_m: float) -> Pattern:

@@ -18,6 +18,7 @@ from ..board_options import (
 from ..files import whole_file
 
 PAPERS = ("A4", "A3", "A2", "A1", "A0", "Letter")
+MAX_LINE = 110  # letters of a line on A4
 MAX_TARGETS = 600  # the largest common family, tag36h11, has 587 tags
 MIN_TAG_M, MIN_SQUARE_M, MIN_DISC_M, MAX_M = 0.01, 0.002, 0.002, 10.0  # cells of 1 mm and more are printed well
 
@@ -167,9 +168,10 @@ def command(
         scale = f"the spacing is {size_m:g} x B/100, the diameter {diameter_m:g} x B/100"
     if marked is not None:
         scale = scale_of(marked)
+    advice = f"libocc calibrate camera IMAGE... {sized} --out FOLDER"
+    gap = ": " if len(about) + len(advice) < MAX_LINE else ":\n"
     footer = (
-        f'100 mm: print at 100 % ("actual size") and measure this bar; if it has B mm, {scale}.\n'
-        f"{about}: libocc calibrate camera IMAGE... {sized} --out FOLDER"
+        f'100 mm: print at 100 % ("actual size") and measure this bar; if it has B mm, {scale}.\n{about}{gap}{advice}'
     )
     with error_context(option):
         pages = sheets.pages(patterns, paper, footer, per_page)
