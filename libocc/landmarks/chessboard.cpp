@@ -165,8 +165,8 @@ std::optional<ChessboardCorners> find_chessboard(const ImageView& image,
   // A grid of corners that are not corners of squares is a pattern in noise.
   constexpr double max_unfitted = 1 / 3.0;  // part; the rest may be in glare
   if (corners.unfitted > max_unfitted * static_cast<double>(corners.px.cols())) return std::nullopt;
-  const double scatter_px2 =
-      grid_scatter_px2(grid_positions(options), corners.px, corners.covariance_px2);
+  const double scatter_px2 = grid_scatter_px2(grid_positions(options), corners.px,
+                                              corners.covariance_px2, image_middle(pixels));
   corners.scatter_sigma_px = std::sqrt(scatter_px2);
   const double added_px2 = options.model_sigma_px * options.model_sigma_px + scatter_px2;
   for (Matrix2d& covariance : corners.covariance_px2)

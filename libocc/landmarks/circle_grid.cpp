@@ -232,7 +232,7 @@ std::optional<CircleGridPoints> find_circle_grid(const ImageView& image,
   if (points.unfitted > max_unfitted * static_cast<double>(points.px.cols())) return std::nullopt;
   const double scatter_px2 =
       grid_scatter_px2(circle_grid_positions(options.columns, options.rows, options.asymmetric, 1),
-                       points.px, points.covariance_px2);
+                       points.px, points.covariance_px2, image_middle(pixels));
   points.scatter_sigma_px = std::sqrt(scatter_px2);
   const double added_px2 = square(options.model_sigma_px) + scatter_px2;
   for (Matrix2d& covariance : points.covariance_px2) covariance += added_px2 * Matrix2d::Identity();

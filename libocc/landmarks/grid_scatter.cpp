@@ -70,38 +70,88 @@ MatrixXd monomials(const Eigen::Matrix2Xd& at, int degree) {
   return terms.leftCols(count);
 }
 
+/// Removes the distortion of an equidistant fisheye lens: the radius r about the middle becomes
+/// f tan(r / f). An infinite focal length changes nothing.
+struct EquidistantLens {
+  Eigen::Vector2d middle_px;
+  double focal_px;
+
+  Eigen::Vector2d straightened(const Eigen::Vector2d& px) const {
+    const Eigen::Vector2d off = px - middle_px;
+    const double r = off.norm();
+    if (std::isinf(focal_px) || !(r > 0)) return px;
+    return middle_px + focal_px * std::tan(r / focal_px) / r * off;
+  }
+  Eigen::Vector2d bent(const Eigen::Vector2d& px) const {
+    const Eigen::Vector2d off = px - middle_px;
+    const double r = off.norm();
+    if (std::isinf(focal_px) || !(r > 0)) return px;
+    return middle_px + focal_px * std::atan(r / focal_px) / r * off;
+  }
+};
+
+/// Pixels minus those of the best homography through a lens.
+Eigen::Matrix2Xd homography_residuals(const Eigen::Matrix2Xd& at, const Eigen::Matrix2Xd& px,
+                                      const EquidistantLens& lens) {
+  Eigen::Matrix2Xd straight(2, px.cols());
+  for (Index i = 0; i < px.cols(); ++i) straight.col(i) = lens.straightened(px.col(i));
+  const Eigen::Vector2d mean = straight.rowwise().mean();
+  const double size = (straight.colwise() - mean).colwise().norm().maxCoeff();
+  const Eigen::Matrix2Xd image = by_homography(at, (straight.colwise() - mean) / size);
+  Eigen::Matrix2Xd off(2, px.cols());
+  for (Index i = 0; i < px.cols(); ++i)
+    off.col(i) = px.col(i) - lens.bent(size * image.col(i) + mean);
+  return off;
+}
+
+/// Excess of the residuals about polynomials of a degree over the covariances; infinite if the
+/// points are too few.
+double excess_px2(const Eigen::Matrix2Xd& at, const Eigen::Matrix2Xd& off, int degree,
+                  const std::vector<Eigen::Matrix2d>& covariances) {
+  const MatrixXd terms = monomials(at, degree);
+  // A quarter of the equations remain for the variance, with those of the homography.
+  if (4 * (terms.cols() + 2) > 3 * at.cols()) return std::numeric_limits<double>::infinity();
+  const MatrixXd q = core::householder_q(terms, terms.cols());
+  const Eigen::Matrix2Xd residuals = off - (off * q) * q.transpose();
+  double expected = 0, freedom = -2;
+  for (Index i = 0; i < at.cols(); ++i) {
+    const double redundancy = 1 - q.row(i).squaredNorm();
+    expected += redundancy * covariances[static_cast<std::size_t>(i)].trace();
+    freedom += 2 * redundancy;
+  }
+  expected *= freedom / (freedom + 2);  // two parameters of the homography
+  return std::max(0.0, (residuals.squaredNorm() - expected) / freedom);
+}
+
 }  // namespace
 
 double grid_scatter_px2(const Eigen::Matrix2Xd& positions, const Eigen::Matrix2Xd& px,
-                        const std::vector<Eigen::Matrix2d>& covariances) {
-  constexpr int max_degree = 7, min_degree = 3;
-  const Index n = px.cols();
-  const Eigen::Matrix2Xd at = normalised(positions);
-  const Eigen::Vector2d mean = px.rowwise().mean();
-  const double size = (px.colwise() - mean).colwise().norm().maxCoeff();
-  const Eigen::Matrix2Xd scaled = (px.colwise() - mean) / size;
-  const Eigen::Matrix2Xd off = size * (scaled - by_homography(at, scaled));
-  if (!off.allFinite()) return 0;
+                        const std::vector<Eigen::Matrix2d>& covariances,
+                        const Eigen::Vector2d& middle_px) {
+  constexpr int max_degree = 7, min_degree = 3, max_degree_wide = 7;
   // Terms of a higher degree are for wide-angle lenses; otherwise they only add to the uncertainty
-  // of the estimate.
+  // of the estimate. The same holds for the focal lengths.
   constexpr double max_ratio = 0.5;  // of the variances, to accept a higher degree
-  double best_px2 = std::numeric_limits<double>::infinity();
-  for (int degree = min_degree; degree <= max_degree; ++degree) {
-    const MatrixXd terms = monomials(at, degree);
-    // A quarter of the equations remain for the variance, with those of the homography.
-    if (4 * (terms.cols() + 2) > 3 * n) break;
-    const MatrixXd q = core::householder_q(terms, terms.cols());
-    const Eigen::Matrix2Xd residuals = off - (off * q) * q.transpose();
-    double expected = 0, freedom = -2;
-    for (Index i = 0; i < n; ++i) {
-      const double redundancy = 1 - q.row(i).squaredNorm();
-      expected += redundancy * covariances[static_cast<std::size_t>(i)].trace();
-      freedom += 2 * redundancy;
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  const Eigen::Matrix2Xd at = normalised(positions);
+  double best_px2 = infinity;
+  const auto try_lens = [&](double focal_px, int highest) {
+    const Eigen::Matrix2Xd off = homography_residuals(at, px, {middle_px, focal_px});
+    if (!off.allFinite()) return false;
+    for (int degree = min_degree; degree <= highest; ++degree) {
+      const double px2 = excess_px2(at, off, degree, covariances);
+      if (std::isinf(px2)) break;
+      if (!(px2 > max_ratio * best_px2)) best_px2 = px2;
     }
-    expected *= freedom / (freedom + 2);  // two parameters of the homography
-    const double px2 = std::max(0.0, (residuals.squaredNorm() - expected) / freedom);
-    if (!(px2 > max_ratio * best_px2)) best_px2 = px2;
-  }
+    return true;
+  };
+  if (!try_lens(infinity, max_degree)) return 0;
+  // The smallest focal length has the farthest point 75 degrees from the axis.
+  constexpr double max_angle_rad = 1.3, focal_step = 1.12;
+  constexpr int focal_lengths = 14;
+  double focal_px = (px.colwise() - middle_px).colwise().norm().maxCoeff() / max_angle_rad;
+  for (int i = 0; i < focal_lengths && best_px2 > 0; ++i, focal_px *= focal_step)
+    try_lens(focal_px, max_degree_wide);
   return std::isfinite(best_px2) ? best_px2 : 0;
 }
 

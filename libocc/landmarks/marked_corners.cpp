@@ -336,7 +336,9 @@ BoardPoints measure_marked(const Image& image, const MarkedBoard& board,
   points.covariance_px2 = noise_covariances(corner_fits);
   constexpr Eigen::Index min_points = 6;  // fewer have no redundancy beside a homography
   const double scatter_px2 =
-      n < min_points ? 0 : grid_scatter_px2(positions, points.px, points.covariance_px2);
+      n < min_points
+          ? 0
+          : grid_scatter_px2(positions, points.px, points.covariance_px2, image_middle(image));
   points.scatter_sigma_px = std::sqrt(scatter_px2);
   const double added_px2 = options.model_sigma_px * options.model_sigma_px + scatter_px2;
   for (Matrix2d& covariance : points.covariance_px2) covariance += added_px2 * Matrix2d::Identity();

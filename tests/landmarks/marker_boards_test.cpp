@@ -197,6 +197,34 @@ TEST(MarkerBoards, CoveredPointsAreNotMeasured) {
   }
 }
 
+// A fisheye lens bends a near board; the bend is not taken for scatter of the print.
+TEST(MarkerBoards, BoardsNearAFisheyeLensHaveTheirCovariances) {
+  const Camera camera = Camera::fisheye(1000, 1000, 320, 321, 500.4, 497.9, {0.03, -0.005});
+  Found grids, boards;
+  for (int t = 0; t < 6; ++t) {
+    TargetImageOptions options;
+    options.noise_dn = 6;
+    options.seed = static_cast<std::uint64_t>(t);
+    const Eigen::Vector3d turn(0.1 * t - 0.2, 0.1, 0.3 * t);
+    const Eigen::Matrix3Xd grid = small_grid().points_m(), board = small_charuco().points_m();
+    TargetField field;
+    field.april_grids = {{small_grid(), board_pose(middle(grid), {0.02, 0, 0.15}, turn, true)}};
+    const TargetRenderer near_grid(field, camera, {}, options);
+    grids.add(find_april_grid(near_grid.window({0, 0, 1000, 1000}).view(), small_grid()),
+              near_grid.truth().april_grids[0].points_px, 1000, 1000);
+    field = {};
+    field.charucos = {{small_charuco(), board_pose(middle(board), {0.02, 0, 0.15}, turn, false)}};
+    const TargetRenderer near_board(field, camera, {}, options);
+    boards.add(find_charuco(near_board.window({0, 0, 1000, 1000}).view(), small_charuco()),
+               near_board.truth().charucos[0].points_px, 1000, 1000);
+  }
+  for (const Found& found : {grids, boards}) {
+    EXPECT_GT(found.points, 0.95 * found.in_view);
+    EXPECT_GT(found.nees(), 0.3);
+    EXPECT_LT(found.nees(), 1.3);
+  }
+}
+
 // A sheet of checks of the size of the gaps has corners of its own.
 TEST(MarkerBoards, CornersOfAnotherPatternAreNotPoints) {
   const Camera camera = lens();
