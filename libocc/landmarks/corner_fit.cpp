@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "libocc/landmarks/internal/corner_fit.hpp"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <utility>
 #include <vector>
 
 #include "libocc/core/internal/dense.hpp"
@@ -77,6 +79,33 @@ bool is_within(const Vector2d& p, const std::array<Vector2d, 4>& quad, double ma
   return true;
 }
 
+/// Moves points so that bent edges become straight. The corner stays where it is.
+class EdgeStraightening {
+ public:
+  /// `corner`: offset from the middle of the window.
+  EdgeStraightening(const CornerStart& start, const Vector2d& corner)
+      : is_needed_(start.bends_per_px[0] != Vector2d::Zero() ||
+                   start.bends_per_px[1] != Vector2d::Zero()),
+        corner_(corner),
+        bends_(start.bends_per_px) {
+    Matrix2d edges;
+    edges << start.edges[0], start.edges[1];
+    if (is_needed_) along_edges_ = edges.inverse();
+  }
+
+  Vector2d operator()(const Vector2d& p) const {
+    if (!is_needed_) return p;
+    const Vector2d along = along_edges_ * (p - corner_);
+    return p - 0.5 * (along.x() * along.x() * bends_[0] + along.y() * along.y() * bends_[1]);
+  }
+
+ private:
+  bool is_needed_;
+  Vector2d corner_;
+  std::array<Vector2d, 2> bends_;
+  Matrix2d along_edges_ = Matrix2d::Identity();
+};
+
 /// Pixels in the circle of a window, with the rows of the model's derivatives.
 class CornerPixels {
  public:
@@ -90,6 +119,8 @@ class CornerPixels {
     x = static_cast<int>(std::lround(centre.x()));
     y = static_cast<int>(std::lround(centre.y()));
     for (std::vector<float>* values : {&x_, &y_, &grey_}) values->clear();
+    offsets_.clear();
+    const EdgeStraightening straightened(start, centre - Vector2d(x, y));
     for (int v = -half; v <= half; ++v)
       for (int u = -half; u <= half; ++u) {
         if (u * u + v * v > radius_px * radius_px) continue;
@@ -98,8 +129,10 @@ class CornerPixels {
               return is_within(Vector2d(x + u, y + v), quad, start.margin_px);
             });
         if (outside) continue;
-        x_.push_back(static_cast<float>(u));
-        y_.push_back(static_cast<float>(v));
+        const Vector2d straight = straightened(Vector2d(u, v));
+        offsets_.emplace_back(u, v);
+        x_.push_back(static_cast<float>(straight.x()));
+        y_.push_back(static_cast<float>(straight.y()));
         grey_.push_back(static_cast<float>(grey.pixel(x + u, y + v)));
       }
     used = static_cast<double>(x_.size());
@@ -120,13 +153,14 @@ class CornerPixels {
 
   double mean_grey() const { return lane_dot(grey_.data(), inside_.data(), count_) / used; }
   int count() const { return count_; }
-  int offset_x(int i) const { return static_cast<int>(x_[static_cast<std::size_t>(i)]); }
-  int offset_y(int i) const { return static_cast<int>(y_[static_cast<std::size_t>(i)]); }
+  int offset_x(int i) const { return offsets_[static_cast<std::size_t>(i)].first; }
+  int offset_y(int i) const { return offsets_[static_cast<std::size_t>(i)].second; }
   /// Row of the last evaluate(): a derivative, or the residuals.
   const float* row(int k) const { return rows_.data() + k * count_; }
 
  private:
   int count_ = 0;
+  std::vector<std::pair<int, int>> offsets_;  // of the pixels, before they are straightened
   std::vector<float> x_, y_, grey_, inside_, rows_;
 };
 

@@ -164,7 +164,7 @@ std::optional<CornerStart> start_of(const GreyImage& grey, const MarkedCorner& c
 }
 
 /// Fits a corner; the margin of the excluded parts and the window grow with the blur.
-bool fit_marked(const GreyImage& grey, CornerStart start, double max_radius_px, CornerFit& fit) {
+bool fit_marked(const GreyImage& grey, CornerStart& start, double max_radius_px, CornerFit& fit) {
   constexpr double min_margin_px = 1.5;
   constexpr double margin_blurs = 2;  // an edge at this distance changes the level by 2 %
   constexpr double radius_blurs = 3;  // as for chessboards
@@ -193,6 +193,8 @@ bool fit_marked(const GreyImage& grey, CornerStart start, double max_radius_px, 
 /// A fit with the index of its corner.
 struct IndexedFit {
   int index = 0;
+  bool swapped = false;  // the first edge of the start is along y
+  CornerStart start;     // of the last fit
   CornerFit fit;
 };
 
@@ -265,15 +267,86 @@ void remove_strays(const MarkedBoard& board, std::vector<IndexedFit>& fits) {
 
 /// Fits the corner at its predicted place; false if it is covered, or another one.
 bool measure_corner(const GreyImage& grey, const MarkedCorner& corner,
-                    const CornerPrediction& prediction, double max_window_px, CornerFit& fit) {
+                    const CornerPrediction& prediction, double max_window_px, IndexedFit& found) {
   constexpr double max_gradient = 0.6;  // 1.7 if one of the four sectors has the wrong tone
   constexpr double max_shift_px = 1, max_shift_part = 0.08;  // errors of the prediction
   const auto start = start_of(grey, corner, prediction, max_window_px);
   if (!start) return false;
   const double clearance_px = prediction.clearance_px(corner.clear_m);
-  return fit_marked(grey, *start, std::max(start->radius_px, 0.5 * clearance_px), fit) &&
-         fit.gradient < max_gradient &&
-         (fit.px - prediction.px).norm() < max_shift_px + max_shift_part * clearance_px;
+  found.start = *start;
+  const Vector2d& first = start->edges[0];
+  found.swapped = std::abs(first.dot(prediction.px_per_m.col(0).normalized())) <
+                  std::abs(first.dot(prediction.px_per_m.col(1).normalized()));
+  return fit_marked(grey, found.start, std::max(start->radius_px, 0.5 * clearance_px), found.fit) &&
+         found.fit.gradient < max_gradient &&
+         (found.fit.px - prediction.px).norm() < max_shift_px + max_shift_part * clearance_px;
+}
+
+/// Bend of the line of the board through `corner` along an axis, as in CornerStart: of the curve
+/// through the corner that fits the others on the line best. Zero if they are too few.
+Vector2d line_bend(const std::vector<KnownPoint>& known, const KnownPoint& corner, int axis,
+                   double step_m) {
+  constexpr std::size_t min_others = 2, min_for_cubic = 5, max_others = 6;
+  constexpr double same_line = 1e-6;  // of step_m
+  constexpr double reach_steps = 2.5;
+  std::vector<KnownPoint> line;
+  for (const KnownPoint& point : known) {
+    const Vector2d off_m = point.at_m - corner.at_m;
+    if (std::abs(off_m[1 - axis]) < same_line * step_m && off_m.norm() > same_line * step_m)
+      line.push_back(point);
+  }
+  line = nearest_points(line, corner.at_m, reach_steps * step_m, max_others);
+  if (line.size() < min_others) return Vector2d::Zero();
+  Vector2d low = line[0].px, high = low;
+  double low_m = line[0].at_m[axis], high_m = low_m;
+  for (const KnownPoint& point : line) {
+    if (point.at_m[axis] < low_m) {
+      low_m = point.at_m[axis];
+      low = point.px;
+    }
+    if (point.at_m[axis] > high_m) {
+      high_m = point.at_m[axis];
+      high = point.px;
+    }
+  }
+  const Vector2d along = (high - low).normalized(), normal(-along.y(), along.x());
+  // A cubic term keeps the bend at the end of a line from being that of its middle.
+  const Eigen::Index terms = line.size() < min_for_cubic ? 2 : 3;
+  const double scale_px = (high - low).norm();
+  Eigen::MatrixXd rows(static_cast<Eigen::Index>(line.size()), terms);
+  Eigen::VectorXd across(rows.rows());
+  for (Eigen::Index i = 0; i < rows.rows(); ++i) {
+    const Vector2d off = line[static_cast<std::size_t>(i)].px - corner.px;
+    const double a = off.dot(along) / scale_px;
+    rows(i, 0) = a;
+    rows(i, 1) = 0.5 * a * a;
+    if (terms > 2) rows(i, 2) = a * a * a;
+    across[i] = off.dot(normal);
+  }
+  const Eigen::VectorXd curve = core::solve_pivoted_qr(rows, across);
+  const Vector2d bend = curve[1] / (scale_px * scale_px) * normal;
+  return bend.allFinite() ? bend : Vector2d::Zero();
+}
+
+/// Fits the corners again with the bends of the lines through them. Straight edges would move the
+/// corners of a board near a fisheye lens towards the middle of the image, by 0.02 px.
+void fit_bent(const GreyImage& grey, const MarkedBoard& board, std::vector<IndexedFit>& fits) {
+  constexpr double max_shift_px = 0.3;  // a larger one is a change to another minimum
+  const std::vector<KnownPoint> known = known_points(board, fits);
+  for (std::size_t i = 0; i < fits.size(); ++i) {
+    IndexedFit& each = fits[i];
+    CornerStart start = each.start;
+    for (auto& quad : start.excluded)  // they were about the predicted corner
+      for (Vector2d& px : quad) px += each.fit.px - each.start.px;
+    start.px = each.fit.px;
+    start.blur_px = each.fit.blur_px;
+    for (const int axis : {0, 1})
+      start.bends_per_px[static_cast<std::size_t>(each.swapped ? 1 - axis : axis)] =
+          line_bend(known, known[i], axis, board.step_m);
+    CornerFit fit;
+    if (fit_corner(grey, start, fit) && (fit.px - each.fit.px).norm() < max_shift_px)
+      each.fit = std::move(fit);
+  }
 }
 
 /// Measures corners near tags, and then those near measured ones, as long as there are more.
@@ -288,7 +361,7 @@ int measure_all(const GreyImage& grey, const MarkedBoard& board, const TagPredic
     is_predicted[i] = true;
     IndexedFit found;
     found.index = static_cast<int>(i);
-    if (measure_corner(grey, board.corners[i], *prediction, max_window_px, found.fit))
+    if (measure_corner(grey, board.corners[i], *prediction, max_window_px, found))
       fits.push_back(std::move(found));
   };
   for (std::size_t i = 0; i < board.corners.size(); ++i) measure(i, by_tags(board.corners[i].at_m));
@@ -307,6 +380,7 @@ int measure_all(const GreyImage& grey, const MarkedBoard& board, const TagPredic
     remove_misfits(fits);
     remove_strays(board, fits);
   }
+  fit_bent(grey, board, fits);
   std::sort(fits.begin(), fits.end(),
             [](const IndexedFit& a, const IndexedFit& b) { return a.index < b.index; });
   return static_cast<int>(std::count(is_predicted.begin(), is_predicted.end(), true));

@@ -193,7 +193,7 @@ Result<BoardPoints> find_april_grid(const ImageView& image, const AprilGrid& boa
       find_marked(grey, marked(board), grid_tags(grey, board, options), options);
   if (!result.ok() && board.border_cells == 2 &&
       !detect_april_tags(grey.view(), tag_options(options, board.family, 1)).empty())
-    result.message += "; the image has tags with a border of one cell (border_cells)";
+    result.message += "; the image has tags with a border of one cell: border_cells = 1";
   return result;
 }
 

@@ -6,7 +6,8 @@
 // nearest tags, so perspective and lens distortion need no model of the whole board. It is then
 // measured as the inner corner of a chessboard: by a fit of two blurred edges that cross
 // (internal/corner_fit.hpp), whose window leaves out the bits of the tags. Four sectors meet at the
-// points of both boards. A fit whose sectors do not have the tones of a corner is rejected: the
+// points of both boards. Edges that the lens bends are fitted with the bend of the lines through
+// neighbouring points. A fit whose sectors do not have the tones of a corner is rejected: the
 // point is covered. Measured points predict the points around them in turn, so tags that cannot be
 // read, for example at the border of the image, do not hide their corners.
 #pragma once

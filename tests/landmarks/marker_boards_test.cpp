@@ -7,6 +7,7 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "libocc/landmarks/april_tags.hpp"
@@ -197,13 +198,13 @@ TEST(MarkerBoards, CoveredPointsAreNotMeasured) {
   }
 }
 
-// A fisheye lens bends a near board; the bend is not taken for scatter of the print.
-TEST(MarkerBoards, BoardsNearAFisheyeLensHaveTheirCovariances) {
+// Boards 15 cm from a fisheye lens, in several turns.
+std::array<Found, 2> near_a_fisheye(double noise_dn) {
   const Camera camera = Camera::fisheye(1000, 1000, 320, 321, 500.4, 497.9, {0.03, -0.005});
   Found grids, boards;
   for (int t = 0; t < 6; ++t) {
     TargetImageOptions options;
-    options.noise_dn = 6;
+    options.noise_dn = noise_dn;
     options.seed = static_cast<std::uint64_t>(t);
     const Eigen::Vector3d turn(0.1 * t - 0.2, 0.1, 0.3 * t);
     const Eigen::Matrix3Xd grid = small_grid().points_m(), board = small_charuco().points_m();
@@ -218,9 +219,15 @@ TEST(MarkerBoards, BoardsNearAFisheyeLensHaveTheirCovariances) {
     boards.add(find_charuco(near_board.window({0, 0, 1000, 1000}).view(), small_charuco()),
                near_board.truth().charucos[0].points_px, 1000, 1000);
   }
-  for (const Found& found : {grids, boards}) {
+  return {grids, boards};
+}
+
+// A bent edge has no bias, and the bend is not taken for scatter of the print.
+TEST(MarkerBoards, BoardsNearAFisheyeLensHaveTheirCovariances) {
+  for (const Found& found : near_a_fisheye(0)) EXPECT_LT(found.rms_px(), 0.004);
+  for (const Found& found : near_a_fisheye(12)) {
     EXPECT_GT(found.points, 0.95 * found.in_view);
-    EXPECT_GT(found.nees(), 0.3);
+    EXPECT_GT(found.nees(), 0.4);
     EXPECT_LT(found.nees(), 1.3);
   }
 }

@@ -36,6 +36,9 @@ struct CornerStart {
   /// corner. Pixels within margin_px of them are excluded, too.
   std::vector<std::array<Eigen::Vector2d, 4>> excluded;
   double margin_px = 0;
+  /// Bends of the edges by lens distortion: at the distance a from the corner, an edge is off its
+  /// tangent by 0.5 a^2 bends_per_px. Zero for straight edges.
+  std::array<Eigen::Vector2d, 2> bends_per_px{Eigen::Vector2d::Zero(), Eigen::Vector2d::Zero()};
 };
 
 constexpr int max_lag_px = 4;  ///< range of the correlation by demosaicing, sharpening and JPEG
