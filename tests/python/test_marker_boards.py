@@ -103,6 +103,7 @@ def test_views_of_parts_have_indices() -> None:
     (["--charuco", "5x7", "--square", 0.03, "--marker", 0.02, "--chessboard", "9x6"], "give either"),
     (["--chessboard", "9x6", "--square", 0.03, "--marker", 0.02], "--marker is for --charuco only"),
     (["--chessboard", "9x6", "--square", 0.03, "--legacy"], "--legacy is for --charuco only"),
+    (["--tag-size", 0.03, "--border-cells", 1], "--border-cells is for --aprilgrid only"),
 ])  # fmt: skip
 def test_wrong_options_are_named(libocc: Run, options: list[Any], text: str) -> None:
     Path("board.yaml").write_text("target_type: checkerboard\ntargetCols: 6\ntargetRows: 7\n")
@@ -123,6 +124,20 @@ def test_another_board_has_a_reason(libocc: Run) -> None:
     charuco = ("--charuco", "10x8", "--square", 0.035, "--marker", 0.026)
     code, _, err = libocc("calibrate", "camera", "a.png", *charuco, "--out", "out")
     assert code == 2 and "no ChArUco board of 10x8 squares" in err and "no tag was detected" in err
+
+
+def test_tags_with_another_border_are_printed_and_found(libocc: Run) -> None:
+    narrow = GRID.replace(border_cells=1)
+    for i, pixels in enumerate(pictures_of(narrow, 6)):
+        occ.write_image(f"{i}.png", pixels)
+    names = [f"{i}.png" for i in range(6)]
+    grid = ("--aprilgrid", "7x6", "--tag-size", 0.035, "--spacing", 0.3)
+    code, _, err = libocc("calibrate", "camera", *names, *grid, "--border-cells", 1, "--out", "out")
+    assert code == 0, err
+    assert max(map(abs, errors_in_sigmas(Path("out")).values())) < 4
+    code, out, _ = libocc("targets", "--aprilgrid", "3x3", *grid[2:], "--border-cells", 1, "--out", "grid.svg")
+    assert code == 0 and "gaps of 10.5 mm, borders of 1 cell; 1 page" in out
+    assert "--aprilgrid 3x3 --border-cells 1 --spacing 0.3" in Path("grid.svg").read_text().replace("- -", "--")
 
 
 # The first tag of the family in the papers on AprilTags, row by row from the upper left, 1 is white.

@@ -17,6 +17,7 @@ from . import Failure
 F = TypeVar("F", bound=Callable[..., Any])
 Shape = tuple[int, int] | None
 DICTIONARY = re.compile(r"(?:cv2?\.)?(?:aruco\.)?DICT_APRILTAG_(36h11|36h10|25h9|16h5)", re.IGNORECASE)
+KALIBR_BORDER = 2  # cells of the black border of a tag
 TILED_PX = 6000  # images with a longer side are searched by tiles, which limits the memory
 TILE_PX, OVERLAP_PX = 3000, 600  # the overlap is the max size of a tag
 
@@ -78,6 +79,8 @@ def check_targets(
     for given, name in ((boards.marker_m is not None, "--marker"), (boards.legacy, "--legacy")):
         if given and charuco is None:
             raise Failure(f"{name} is for --charuco only")
+    if boards.border_cells is not None and aprilgrid is None:
+        raise Failure("--border-cells is for --aprilgrid only")
     sizes = [name for name, size in (("--tag-size", tag_size_m), ("--spacing", spacing_m)) if size is not None]
     if isinstance(aprilgrid, Path) and sizes:
         raise Failure(f"{' and '.join(sizes)}: the file {aprilgrid} has the sizes of the grid")
@@ -86,7 +89,7 @@ def check_targets(
 
 
 def board_options(command: F) -> F:
-    """Adds --aprilgrid, --charuco, --marker and --legacy."""
+    """Adds --aprilgrid, --border-cells, --charuco, --marker and --legacy."""
     for option in (
         click.option("--legacy", is_flag=True,
                      help="Layout of --charuco of OpenCV before version 4.6: with an even number of rows, the upper "
@@ -97,6 +100,8 @@ def board_options(command: F) -> F:
                      help="Squares of a ChArUco board, as in OpenCV. Its markers must be AprilTags: --family is "
                           "tag36h11, tag36h10, tag25h9 or tag16h5, or the name of the dictionary "
                           "DICT_APRILTAG_36h11 to 16h5."),
+        click.option("--border-cells", type=click.IntRange(1, 4),
+                     help="Width of the black border of the tags of --aprilgrid [cells]; Kalibr prints 2 (default)."),
         click.option("--aprilgrid", callback=aprilgrid_of, metavar="COLSxROWS|FILE.yaml",
                      help="Tags of a grid of Kalibr, with --tag-size and --spacing, or Kalibr's file of the target."),
     ):
@@ -112,6 +117,7 @@ class BoardOptions:
     charuco: tuple[int, int] | None = None
     marker_m: float | None = None
     legacy: bool = False
+    border_cells: int | None = None
 
 
 @dataclass(frozen=True)
@@ -147,7 +153,8 @@ def marker_board(
     """The board that the options describe; None if it is of another kind. Raises: Failure."""
     try:
         if options.aprilgrid is not None:
-            return april_grid(options.aprilgrid, family_of(family), tag_size_m, spacing)
+            border_cells = options.border_cells or KALIBR_BORDER
+            return april_grid(options.aprilgrid, family_of(family), border_cells, tag_size_m, spacing)
         if options.charuco is not None:
             assert square_m is not None and options.marker_m is not None
             return charuco_board(options, family_of(family), square_m, options.marker_m)
@@ -157,23 +164,28 @@ def marker_board(
 
 
 def april_grid(
-    grid: tuple[int, int] | Path, family: str, tag_size_m: float | None, spacing: float | None
+    grid: tuple[int, int] | Path, family: str, border_cells: int, tag_size_m: float | None, spacing: float | None
 ) -> MarkerBoard:
+    border = f" --border-cells {border_cells}" if border_cells != KALIBR_BORDER else ""
     if isinstance(grid, Path):
         from ..network.importing.kalibr import read_april_grid
 
-        board = read_april_grid(grid, family)
-        use = f"--aprilgrid {grid.name}"
+        board = read_april_grid(grid, family, border_cells)
+        use = f"--aprilgrid {grid.name}{family_option(family)}{border}"
     else:
         assert tag_size_m is not None and spacing is not None
         board = occ.targets.AprilGrid(
-            columns=grid[0], rows=grid[1], tag_size_m=tag_size_m, spacing=spacing, family=family
+            columns=grid[0], rows=grid[1], tag_size_m=tag_size_m, spacing=spacing, family=family,
+            border_cells=border_cells,
         )
-        use = f"--aprilgrid {grid[0]}x{grid[1]}{family_option(family)} --spacing {spacing:g} --tag-size {tag_size_m:g}"
+        use = (
+            f"--aprilgrid {grid[0]}x{grid[1]}{family_option(family)}{border} --spacing {spacing:g} "
+            f"--tag-size {tag_size_m:g}"
+        )
     gap_mm = 1e3 * board.spacing * board.tag_size_m
     text = (
         f"AprilGrid of {board.columns}x{board.rows} tags of {board.family}, tags of {1e3 * board.tag_size_m:g} mm, "
-        f"gaps of {gap_mm:g} mm"
+        f"gaps of {gap_mm:g} mm{f', borders of {cells(border_cells)}' if border else ''}"
     )
     return MarkerBoard(board, "AprilGrid", text, use)
 
@@ -193,6 +205,10 @@ def charuco_board(options: BoardOptions, family: str, square_m: float, marker_m:
     legacy = " --legacy" if options.legacy else ""
     use = f"--charuco {columns}x{rows}{family_option(family)}{legacy} --marker {marker_m:g} --square {square_m:g}"
     return MarkerBoard(board, "ChArUco board", text, use)
+
+
+def cells(count: int) -> str:
+    return "1 cell" if count == 1 else f"{count} cells"
 
 
 def family_option(family: str) -> str:

@@ -121,6 +121,7 @@ def plane_of_tag(tag: occ.targets.AprilTag) -> tuple[Any, Any]:
 def command(
     ctx: click.Context, images: tuple[str, ...], tag_size_m: float | None, family: str,
     aprilgrid: tuple[int, int] | Path | None, charuco: tuple[int, int] | None, marker_m: float | None, legacy: bool,
+    border_cells: int | None,
     chessboard: tuple[int, int] | None, square_m: float | None, circles: tuple[int, int] | None, symmetric: bool,
     spacing_m: float | None, diameter_m: float | None, model: str, coefficients: str, focal_px: float | None,
     camera_path: str | None, distance: tuple[Any, ...], out: str, datum_kind: str | None, select: bool, ladder: bool,
@@ -143,7 +144,7 @@ def command(
     """
     from ..calibration import circles as discs, marker_boards, pictures
 
-    board_kind = BoardOptions(aprilgrid, charuco, marker_m, legacy)
+    board_kind = BoardOptions(aprilgrid, charuco, marker_m, legacy, border_cells)
     check_targets(tag_size_m, chessboard, square_m, circles, spacing_m, diameter_m, board_kind)
     marked = marker_board(board_kind, family, tag_size_m, square_m, spacing_m)
     start, keep = None, []

@@ -101,9 +101,9 @@ def scale_of(marked: MarkerBoard) -> str:
 @click.option("--paper", type=click.Choice(PAPERS, case_sensitive=False), default="A4", show_default=True)
 def command(
     out: str, tag_size_m: float | None, ids: list[int], family: str, aprilgrid: tuple[int, int] | Path | None,
-    charuco: tuple[int, int] | None, marker_m: float | None, legacy: bool, per_page: int | None,
-    chessboard: tuple[int, int] | None, square_m: float | None, circles: tuple[int, int] | None, symmetric: bool,
-    spacing_m: float | None, diameter_m: float | None, paper: str,
+    charuco: tuple[int, int] | None, marker_m: float | None, legacy: bool, border_cells: int | None,
+    per_page: int | None, chessboard: tuple[int, int] | None, square_m: float | None,
+    circles: tuple[int, int] | None, symmetric: bool, spacing_m: float | None, diameter_m: float | None, paper: str,
 ) -> None:
     """\b
     $ libocc targets --tag-size 0.08 --ids 0-3 --out tags.pdf
@@ -122,7 +122,7 @@ def command(
     """
     from .. import target_sheets as sheets
 
-    board_kind = BoardOptions(aprilgrid, charuco, marker_m, legacy)
+    board_kind = BoardOptions(aprilgrid, charuco, marker_m, legacy, border_cells)
     check_targets(tag_size_m, chessboard, square_m, circles, spacing_m, diameter_m, board_kind)
     marked = marker_board(board_kind, family, tag_size_m, square_m, spacing_m)
     if marked is not None:

@@ -118,7 +118,7 @@ def target_corners(path: Path) -> NDArray[np.float64]:
     raise section.fail("target_type", "aprilgrid or checkerboard")
 
 
-def read_april_grid(path: Path, family: str = "tag36h11") -> AprilGrid:
+def read_april_grid(path: Path, family: str = "tag36h11", border_cells: int = 2) -> AprilGrid:
     """The grid of AprilTags of a target file of Kalibr. Raises: OSError; ValueError naming file, key and value."""
     section = Section(path, "", read_yaml(path), TARGET_KEYS)
     if section.text("target_type") != "aprilgrid":
@@ -128,7 +128,7 @@ def read_april_grid(path: Path, family: str = "tag36h11") -> AprilGrid:
     try:
         board = AprilGrid(
             columns=count(section, "tagCols"), rows=count(section, "tagRows"), tag_size_m=section.positive("tagSize"),
-            spacing=section.positive("tagSpacing"), family=family,
+            spacing=section.positive("tagSpacing"), family=family, border_cells=border_cells,
         )
     except ValueError as error:
         raise ValueError(str(error) if str(path) in str(error) else f"{path}: {error}") from None
