@@ -1,12 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "libocc/landmarks/marker_boards.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <iomanip>
+#include <map>
+#include <optional>
+#include <sstream>
 #include <type_traits>
 
 #include "libocc/core/internal/april_family.hpp"
 #include "libocc/core/require.hpp"
+#include "libocc/core/statistics.hpp"
 #include "libocc/landmarks/april_tags.hpp"
 #include "libocc/landmarks/internal/marked_corners.hpp"
 #include "libocc/landmarks/internal/tag_corners.hpp"
@@ -156,6 +162,54 @@ std::vector<AprilTag> grid_tags(const Image& grey, const AprilGrid& grid,
   return tags;
 }
 
+/// Position of a pixel in the frame of a tag: (0, 0) is its lower left corner, (1, 1) the upper
+/// right one.
+Vector2d in_tag(const AprilTag& tag, const Vector2d& px) {
+  const std::vector<Vector2d> unit{{0, 0}, {1, 0}, {1, 1}, {0, 1}};
+  const Eigen::Matrix3d h = plane_homography({tag.corners_px.begin(), tag.corners_px.end()}, unit);
+  return (h * px.homogeneous()).hnormalized();
+}
+
+/// Gap between two neighbouring tags, relative to their side. `axis`: 0 if `two` is to the right of
+/// `one`, 1 if it is above. The mean as seen by both tags is free of a gradient of the scale.
+double gap_between(const AprilTag& one, const AprilTag& two, int axis) {
+  const std::array<std::size_t, 2> far =
+      axis == 0 ? std::array<std::size_t, 2>{1, 2} : std::array<std::size_t, 2>{3, 2};
+  const std::array<std::size_t, 2> near =
+      axis == 0 ? std::array<std::size_t, 2>{0, 3} : std::array<std::size_t, 2>{0, 1};
+  double sum = 0;
+  for (const std::size_t k : {0, 1})
+    sum +=
+        in_tag(one, two.corners_px[near[k]])[axis] - 1 - in_tag(two, one.corners_px[far[k]])[axis];
+  return sum / 4;
+}
+
+/// Spacing of the tags in the image, if it contradicts the board's and neighbours agree about it.
+std::optional<double> other_spacing(const std::vector<AprilTag>& tags, const AprilGrid& grid) {
+  std::map<int, const AprilTag*> by_id;
+  for (const AprilTag& tag : tags) by_id[tag.id] = &tag;
+  std::vector<double> gaps;
+  for (const auto& [id, tag] : by_id) {
+    const auto right = by_id.find(id + 1), above = by_id.find(id + grid.columns);
+    if (right != by_id.end() && (id + 1) % grid.columns != 0)
+      gaps.push_back(gap_between(*tag, *right->second, 0));
+    if (above != by_id.end()) gaps.push_back(gap_between(*tag, *above->second, 1));
+  }
+  constexpr std::size_t min_gaps = 4;
+  if (gaps.size() < min_gaps) return std::nullopt;
+  const double found = median(gaps);
+  std::vector<double> off;
+  for (const double gap : gaps) off.push_back(std::abs(gap - found));
+  constexpr double sigmas_per_deviation = 1.4826;  // of a normal distribution
+  const double sigma = sigmas_per_deviation * median(off);
+  // Small errors are those of the print and of wide lenses. In another arrangement, tags that are
+  // neighbours on the board are not neighbours in the image.
+  constexpr double max_error = 0.02, max_sigmas = 4, max_sigma = 0.15;
+  const double limit = max_error + max_sigmas * sigma / std::sqrt(static_cast<double>(gaps.size()));
+  if (!(sigma < max_sigma) || !(std::abs(found - grid.spacing) > limit)) return std::nullopt;
+  return found;
+}
+
 Result<BoardPoints> find_marked(const Image& grey, const MarkedBoard& board,
                                 const std::vector<AprilTag>& tags,
                                 const MarkerBoardOptions& options) {
@@ -189,8 +243,16 @@ Result<BoardPoints> find_april_grid(const ImageView& image, const AprilGrid& boa
   options.validate();
   image.validate();
   const Image grey = to_grey(image);
-  Result<BoardPoints> result =
-      find_marked(grey, marked(board), grid_tags(grey, board, options), options);
+  const std::vector<AprilTag> tags = grid_tags(grey, board, options);
+  Result<BoardPoints> result = find_marked(grey, marked(board), tags, options);
+  if (const auto spacing = other_spacing(tags, board)) {
+    std::ostringstream message;
+    message << "the gaps between the tags are " << std::setprecision(2) << *spacing
+            << " of their side, not " << board.spacing << ": check the spacing";
+    result = Result<BoardPoints>{{}, Status::degenerate, message.str()};
+    result.value.px.resize(2, 0);
+    return result;
+  }
   if (!result.ok() && board.border_cells == 2 &&
       !detect_april_tags(grey.view(), tag_options(options, board.family, 1)).empty())
     result.message += "; the image has tags with a border of one cell: border_cells = 1";

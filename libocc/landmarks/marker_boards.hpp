@@ -53,8 +53,8 @@ struct BoardPoints {
 
 /// Points are numbered 4 id + corner; corners are in the order of AprilTag::corners_px. Status: ok;
 /// too_few_lamps: no tag of the board was detected; ambiguous: several boards are in the image;
-/// degenerate: the tags are arranged in another way. Throws std::invalid_argument for an invalid
-/// view, board or option.
+/// degenerate: the tags are arranged in another way, or have another spacing. Throws
+/// std::invalid_argument for an invalid view, board or option.
 LIBOCC_API Result<BoardPoints> find_april_grid(const ImageView& image, const AprilGrid& board,
                                                const MarkerBoardOptions& options = {});
 

@@ -202,7 +202,7 @@ Result<BoardTagPlacement> place_tags(const std::vector<AprilTag>& detected,
     result.status = Status::degenerate;
     result.message = "the tags are arranged in another way than on the board: only " +
                      std::to_string(sets[0].size()) + " of " + counted(candidates.size(), "tag") +
-                     " fit; check the numbers of columns and rows";
+                     " fit; check the numbers of columns and rows, and the ratio of the sizes";
   }
   return result;
 }

@@ -347,18 +347,28 @@ TEST(MarkerBoards, AnotherArrangementIsRefused) {
   EXPECT_TRUE(contains(grid.message, "columns and rows")) << grid.message;
   EXPECT_TRUE(grid->indices.empty());
 
+  const Image image = boards_in_front({small_grid()}, {});
+  for (const double spacing : {0.01, 0.25, 0.8}) {
+    AprilGrid other = small_grid();
+    other.spacing = spacing;
+    const Result<BoardPoints> found = find_april_grid(image.view(), other);
+    EXPECT_EQ(found.status, Status::degenerate) << spacing;
+    EXPECT_TRUE(contains(found.message, "are 0.3 of their side")) << found.message;
+    EXPECT_TRUE(found->indices.empty());
+  }
+
   CharucoBoard board = small_charuco();
   board.columns = 5;
   board.rows = 6;
   for (const bool legacy : {false, true}) {
     board.legacy = legacy;
-    const Image image = boards_in_front({}, {board});
-    const Result<BoardPoints> right = find_charuco(image.view(), board);
+    const Image seen = boards_in_front({}, {board});
+    const Result<BoardPoints> right = find_charuco(seen.view(), board);
     EXPECT_TRUE(right.ok()) << right.message;
     EXPECT_EQ(right->indices.size(), 20u);
     CharucoBoard other = board;
     other.legacy = !legacy;
-    const Result<BoardPoints> wrong = find_charuco(image.view(), other);
+    const Result<BoardPoints> wrong = find_charuco(seen.view(), other);
     EXPECT_EQ(wrong.status, Status::degenerate);
     EXPECT_TRUE(contains(wrong.message, "legacy")) << wrong.message;
   }

@@ -115,6 +115,16 @@ def test_wrong_options_are_named(libocc: Run, options: list[Any], text: str) -> 
         assert not Path("x.pdf").exists()
 
 
+def test_a_wrong_spacing_is_stated(libocc: Run) -> None:
+    names = [f"{i}.png" for i in range(4)]
+    for name, pixels in zip(names, pictures_of(GRID, 4)):
+        occ.write_image(name, pixels)
+    for spacing, text in ((0.2, "are 0.3 of their side, not 0.2: check the spacing"), (0.285, "points scatter by")):
+        grid = ("--aprilgrid", "7x6", "--tag-size", 0.035, "--spacing", spacing)
+        _, out, err = libocc("calibrate", "camera", *names, *grid, "--out", f"out{spacing}")
+        assert text in out + err
+
+
 def test_another_board_has_a_reason(libocc: Run) -> None:
     occ.write_image("a.png", pictures_of(GRID, 1)[0])
     grid = ("--aprilgrid", "6x7", "--tag-size", 0.035, "--spacing", 0.3)

@@ -4,11 +4,14 @@
 from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
+
 from ..._core import BoardPoints, Camera, NetworkStart, board_network
 from ..board_options import MarkerBoard, ids_text
 from ..progress import Advance
 from .pictures import find_in_images, short_names
 
+MAX_SCATTER_PX = 0.1  # the errors of a sharp picture of a flat print are a tenth of it
 MIN_VIEW = 4  # points of a view that determine its homography
 
 
@@ -42,6 +45,12 @@ def notes_of(images: Sequence[str], board: MarkerBoard, found: Sequence[BoardPoi
             )
         if points.hidden:
             notes.append(f"{image}: {points.hidden} points of the board are covered or in glare")
+    scatters = [points.scatter_sigma_px for points in found if points.ok]
+    if scatters and float(np.median(scatters)) > MAX_SCATTER_PX:
+        notes.append(
+            f"the points scatter by {float(np.median(scatters)):.2f} px about a smooth grid, which noise does not "
+            "explain: the board is bent or badly printed, or its sizes have another ratio than the options state"
+        )
     return notes
 
 
