@@ -8,6 +8,7 @@
 #include "libocc/core/require.hpp"
 #include "libocc/landmarks/internal/corner_fit.hpp"
 #include "libocc/landmarks/internal/corner_grid.hpp"
+#include "libocc/landmarks/internal/edge_bend.hpp"
 #include "libocc/landmarks/internal/grey_image.hpp"
 #include "libocc/landmarks/internal/grid_scatter.hpp"
 #include "libocc/landmarks/internal/saddles.hpp"
@@ -98,7 +99,7 @@ Eigen::Matrix2Xd grid_positions(const ChessboardOptions& options) {
 }
 
 /// Fits a corner; the window grows with the blur, up to a radius of max_px.
-bool fit_with_window(const GreyImage& grey, CornerStart start, double max_px, CornerFit& fit) {
+bool fit_with_window(const GreyImage& grey, CornerStart& start, double max_px, CornerFit& fit) {
   constexpr double min_radius = 3;  // blurs: the levels beyond both edges are part of the model
   constexpr double growth = 2;
   constexpr int max_windows = 4;
@@ -112,6 +113,45 @@ bool fit_with_window(const GreyImage& grey, CornerStart start, double max_px, Co
   return false;
 }
 
+/// Fits corners again with the bends of the rows and columns through them. Near a wide lens,
+/// straight edges would move the corners towards the middle of the image. `fitted`: indices of the
+/// fits.
+void fit_bent(const GreyImage& grey, const ChessboardOptions& options,
+              const std::vector<std::size_t>& fitted, const Eigen::Matrix2Xd& px,
+              const std::vector<CornerStart>& starts, std::vector<CornerFit>& fits) {
+  constexpr double max_shift_px = 0.3;  // a larger one is a change to another minimum
+  constexpr int reach = static_cast<int>(max_bend_points) / 2;
+  std::vector<bool> is_fitted(static_cast<std::size_t>(px.cols()), false);
+  for (const std::size_t k : fitted) is_fitted[k] = true;
+  for (std::size_t i = 0; i < fits.size(); ++i) {
+    const int column = static_cast<int>(fitted[i]) % options.columns;
+    const int row = static_cast<int>(fitted[i]) / options.columns;
+    const Vector2d here = px.col(static_cast<Eigen::Index>(fitted[i]));
+    CornerStart start = starts[i];
+    start.px = here;
+    start.blur_px = fits[i].blur_px;
+    for (const int axis : {0, 1}) {
+      const int at = axis == 0 ? column : row, count = axis == 0 ? options.columns : options.rows;
+      const int first = std::clamp(at - reach, 0, std::max(0, count - 1 - 2 * reach));
+      std::vector<Vector2d> others;
+      Vector2d along = Vector2d::Zero();
+      for (int k = first; k <= std::min(first + 2 * reach, count - 1); ++k) {
+        const int index = axis == 0 ? row * options.columns + k : k * options.columns + column;
+        if (k == at || !is_fitted[static_cast<std::size_t>(index)]) continue;
+        others.emplace_back(px.col(index));
+        along = others.back() - here;
+      }
+      if (others.empty()) continue;
+      const bool is_first =
+          std::abs(start.edges[0].dot(along)) > std::abs(start.edges[1].dot(along));
+      start.bends_per_px[is_first ? 0 : 1] = edge_bend(here, others);
+    }
+    CornerFit fit;
+    if (fit_corner(grey, start, fit) && (fit.px - here).norm() < max_shift_px)
+      fits[i] = std::move(fit);
+  }
+}
+
 /// Fits all corners; those without a fit keep their position in the reduced image.
 ChessboardCorners measure_corners(const Image& pixels, unsigned white, const FoundBoard& board,
                                   const ChessboardOptions& options) {
@@ -123,19 +163,25 @@ ChessboardCorners measure_corners(const Image& pixels, unsigned white, const Fou
     corners.covariance_px2.push_back(coarse_px * coarse_px * Matrix2d::Identity());
   }
   std::vector<CornerFit> fits;
+  std::vector<CornerStart> starts;
   std::vector<std::size_t> fitted;
   for (int row = 0; row < options.rows; ++row)
     for (int column = 0; column < options.columns; ++column) {
       const Eigen::Index k = row * options.columns + column;
       corners.px.col(k) = board.grid.at(column, row).px;
       CornerFit fit;
-      if (!fit_with_window(grey, start_of(board, column, row, white, options.max_window_px),
-                           part_of_clearance * clearance_px(board.grid, column, row), fit))
+      CornerStart start = start_of(board, column, row, white, options.max_window_px);
+      if (!fit_with_window(grey, start, part_of_clearance * clearance_px(board.grid, column, row),
+                           fit))
         continue;
       corners.px.col(k) = fit.px;
+      starts.push_back(start);
       fitted.push_back(static_cast<std::size_t>(k));
       fits.push_back(std::move(fit));
     }
+  fit_bent(grey, options, fitted, corners.px, starts, fits);
+  for (std::size_t i = 0; i < fits.size(); ++i)
+    corners.px.col(static_cast<Eigen::Index>(fitted[i])) = fits[i].px;
   const std::vector<Matrix2d> covariances = noise_covariances(fits);
   for (std::size_t i = 0; i < fits.size(); ++i) corners.covariance_px2[fitted[i]] = covariances[i];
   corners.unfitted = static_cast<int>(board.grid.corners.size() - fits.size());

@@ -9,8 +9,9 @@
 //
 // A corner is then measured in the full image, by a fit of two blurred edges that cross in uneven
 // light (internal/corner_fit.hpp). The window around a corner stays within the four squares that
-// meet there. Its covariance follows from the residuals of the fit, with their correlation, and
-// from the scatter of the corners about a smooth grid.
+// meet there. Rows and columns that the lens bends are fitted with their bend. Its covariance
+// follows from the residuals of the fit, with their correlation, and from the scatter of the
+// corners about a smooth grid.
 #pragma once
 
 #include <Eigen/Core>

@@ -10,6 +10,7 @@
 
 #include "libocc/core/internal/dense.hpp"
 #include "libocc/landmarks/internal/corner_fit.hpp"
+#include "libocc/landmarks/internal/edge_bend.hpp"
 #include "libocc/landmarks/internal/grey_image.hpp"
 #include "libocc/landmarks/internal/grid_scatter.hpp"
 
@@ -282,11 +283,9 @@ bool measure_corner(const GreyImage& grey, const MarkedCorner& corner,
          (found.fit.px - prediction.px).norm() < max_shift_px + max_shift_part * clearance_px;
 }
 
-/// Bend of the line of the board through `corner` along an axis, as in CornerStart: of the curve
-/// through the corner that fits the others on the line best. Zero if they are too few.
+/// Bend of the line of the board through `corner` along an axis.
 Vector2d line_bend(const std::vector<KnownPoint>& known, const KnownPoint& corner, int axis,
                    double step_m) {
-  constexpr std::size_t min_others = 2, min_for_cubic = 5, max_others = 6;
   constexpr double same_line = 1e-6;  // of step_m
   constexpr double reach_steps = 2.5;
   std::vector<KnownPoint> line;
@@ -295,37 +294,11 @@ Vector2d line_bend(const std::vector<KnownPoint>& known, const KnownPoint& corne
     if (std::abs(off_m[1 - axis]) < same_line * step_m && off_m.norm() > same_line * step_m)
       line.push_back(point);
   }
-  line = nearest_points(line, corner.at_m, reach_steps * step_m, max_others);
-  if (line.size() < min_others) return Vector2d::Zero();
-  Vector2d low = line[0].px, high = low;
-  double low_m = line[0].at_m[axis], high_m = low_m;
-  for (const KnownPoint& point : line) {
-    if (point.at_m[axis] < low_m) {
-      low_m = point.at_m[axis];
-      low = point.px;
-    }
-    if (point.at_m[axis] > high_m) {
-      high_m = point.at_m[axis];
-      high = point.px;
-    }
-  }
-  const Vector2d along = (high - low).normalized(), normal(-along.y(), along.x());
-  // A cubic term keeps the bend at the end of a line from being that of its middle.
-  const Eigen::Index terms = line.size() < min_for_cubic ? 2 : 3;
-  const double scale_px = (high - low).norm();
-  Eigen::MatrixXd rows(static_cast<Eigen::Index>(line.size()), terms);
-  Eigen::VectorXd across(rows.rows());
-  for (Eigen::Index i = 0; i < rows.rows(); ++i) {
-    const Vector2d off = line[static_cast<std::size_t>(i)].px - corner.px;
-    const double a = off.dot(along) / scale_px;
-    rows(i, 0) = a;
-    rows(i, 1) = 0.5 * a * a;
-    if (terms > 2) rows(i, 2) = a * a * a;
-    across[i] = off.dot(normal);
-  }
-  const Eigen::VectorXd curve = core::solve_pivoted_qr(rows, across);
-  const Vector2d bend = curve[1] / (scale_px * scale_px) * normal;
-  return bend.allFinite() ? bend : Vector2d::Zero();
+  std::vector<Vector2d> others;
+  for (const KnownPoint& point :
+       nearest_points(line, corner.at_m, reach_steps * step_m, max_bend_points))
+    others.push_back(point.px);
+  return edge_bend(corner.px, others);
 }
 
 /// Fits the corners again with the bends of the lines through them. Straight edges would move the

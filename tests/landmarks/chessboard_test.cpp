@@ -80,6 +80,26 @@ TEST(Chessboard, CovarianceAgreesWithTheScatter) {
   EXPECT_LT(seen.normalised, 1.6);
 }
 
+// The edges of the squares are curves near a fisheye lens.
+TEST(Chessboard, BentEdgesHaveNoBias) {
+  const Camera camera = Camera::fisheye(1000, 1000, 320, 321, 500.4, 497.9, {0.03, -0.005});
+  for (int t = 0; t < 3; ++t) {
+    ChessboardTarget board;
+    board.square_m = 0.03;
+    board.world_from_board.rotation = so3_exp({0.2 - 0.1 * t, 0.1, 0.3 * t});
+    board.world_from_board.translation =
+        Eigen::Vector3d(0.01, 0, 0.16) -
+        board.world_from_board.rotation * Eigen::Vector3d(0.12, 0.075, 0);
+    TargetField field;
+    field.boards = {board};
+    const TargetRenderer renderer(field, camera, {});
+    const auto found = find_chessboard(renderer.window({0, 0, 1000, 1000}).view());
+    ASSERT_TRUE(found) << t;
+    const Eigen::Matrix2Xd off = found->px - renderer.truth().boards[0].corners_px;
+    EXPECT_LT(std::sqrt(off.squaredNorm() / static_cast<double>(off.size())), 0.003) << t;
+  }
+}
+
 TEST(Chessboard, EmptyWithoutABoard) {
   const Image image = grey(120, 90);
   EXPECT_FALSE(find_chessboard(image.view()));
