@@ -115,6 +115,18 @@ def test_wrong_options_are_named(libocc: Run, options: list[Any], text: str) -> 
         assert not Path("x.pdf").exists()
 
 
+def test_tags_of_another_board_are_named(libocc: Run) -> None:
+    names = [f"{i}.png" for i in range(6)]
+    for name, pixels in zip(names, pictures_of(GRID, 6)):
+        occ.write_image(name, pixels)
+    grid = ("--aprilgrid", "7x4", "--tag-size", 0.035, "--spacing", 0.3)
+    code, out, err = libocc("calibrate", "camera", *names, *grid, "--json", "--out", "out")
+    assert code == 0, err
+    warnings = json.loads(out)["warnings"]
+    named = [warning for warning in warnings if "tags that are not on the board are ignored: " in warning]
+    assert len(named) > 2 and any("28, 29" in warning for warning in named), warnings
+
+
 def test_a_wrong_spacing_is_stated(libocc: Run) -> None:
     names = [f"{i}.png" for i in range(4)]
     for name, pixels in zip(names, pictures_of(GRID, 4)):
