@@ -82,56 +82,23 @@ Network GrowingMap::network_of(const KnownLengths& lengths) {
   return network;
 }
 
-std::vector<Vector3d> GrowingMap::normals_of(int lamp) const {
-  std::vector<Vector3d> normals;
-  for (const PlacedPicture& placed : map_.placed)
-    for (const LampShapeView& view : pictures_[placed.picture].views)
-      if (placed.lamp_of[view.blob] == lamp)
-        for (const Vector3d& normal : view.normals)
-          normals.push_back(placed.cam_from_map.rotation.transpose() * normal);
-  return normals;
-}
-
 void GrowingMap::update_shapes() {
   shapes_.assign(map_.lamps.size(), std::nullopt);
   for (int lamp = 0; lamp < static_cast<int>(map_.lamps.size()); ++lamp) {
     MapLamp& known = map_.lamps[lamp];
     if (point_of_lamp_[lamp] < 0) continue;
-    const std::vector<Vector3d> normals = normals_of(lamp);
-    if (normals.empty()) continue;
-    Lamp shape;
-    shape.shape = known.shape;
-    shape.centre_m = known.position;
-    shape.normal = consensus_direction(normals);
-    std::vector<RimInPicture> rims;
-    std::vector<double> sizes;
-    Vector2d sides = Vector2d::Ones();
+    std::vector<ViewInPicture> views;
     for (const PlacedPicture& placed : map_.placed)
-      for (const LampShapeView& view : pictures_[placed.picture].views) {
-        if (placed.lamp_of[view.blob] != lamp) continue;
-        sizes.push_back((placed.cam_from_map * known.position).norm() / view.range);
-        rims.push_back({&input_[placed.picture].blobs[view.blob], placed.cam_from_map});
-        shape.x_axis = placed.cam_from_map.rotation.transpose() * view.x_axis;
-        sides = view.sides;
-      }
-    // A saturated rim has grown by an unknown amount: used only if there is no other.
-    const auto is_saturated = [](const RimInPicture& rim) { return rim.blob->saturated; };
-    if (!std::all_of(rims.begin(), rims.end(), is_saturated))
-      rims.erase(std::remove_if(rims.begin(), rims.end(), is_saturated), rims.end());
-    known.normal = shape.normal;
-    known.size = median(sizes);
-    shape.radius_m = known.shape == LampShape::disc ? known.size : 0;
-    shape.size_m = known.shape == LampShape::disc ? Vector2d::Zero() : Vector2d(sides * known.size);
-    shape.x_axis =
-        known.shape == LampShape::disc
-            ? Vector3d(shape.normal.unitOrthogonal())
-            : Vector3d((shape.x_axis - shape.normal * shape.normal.dot(shape.x_axis)).normalized());
-    if (!fit_shape(shape, rims, camera_)) continue;
-    known.normal = shape.normal;
-    known.size =
-        shape.shape == LampShape::disc ? shape.radius_m : std::sqrt(shape.size_m.prod() / pi);
-    known.size_sigma = std::min(options_.size_spread, shape.size_sigma);
-    shapes_[lamp] = shape;
+      for (const LampShapeView& view : pictures_[placed.picture].views)
+        if (placed.lamp_of[view.blob] == lamp)
+          views.push_back({&view, &input_[placed.picture].blobs[view.blob], placed.cam_from_map});
+    if (views.empty()) continue;
+    const ShapeOfViews found = shape_of_views(known.position, known.shape, views, camera_);
+    known.normal = found.lamp.normal;
+    known.size = found.size;
+    if (!found.is_fitted) continue;
+    known.size_sigma = std::min(options_.size_spread, found.lamp.size_sigma);
+    shapes_[lamp] = found.lamp;
   }
 }
 

@@ -8,6 +8,7 @@
 
 #include "libocc/core/internal/dense.hpp"
 #include "libocc/core/math.hpp"
+#include "libocc/core/statistics.hpp"
 #include "libocc/formation/rim.hpp"
 #include "libocc/geometry/so3.hpp"
 
@@ -129,6 +130,41 @@ bool fit_shape(Lamp& lamp, const std::vector<RimInPicture>& rims, const Camera& 
   fitted.tilt_sigma_rad = std::sqrt(covariance.diagonal().head(turns).maxCoeff());
   lamp = fitted;
   return true;
+}
+
+ShapeOfViews shape_of_views(const Vector3d& centre, LampShape shape,
+                            const std::vector<ViewInPicture>& views, const Camera& camera) {
+  ShapeOfViews found;
+  Lamp& lamp = found.lamp;
+  lamp.shape = shape;
+  lamp.centre_m = centre;
+  std::vector<Vector3d> normals;
+  std::vector<RimInPicture> rims;
+  std::vector<double> sizes;
+  Eigen::Vector2d sides = Eigen::Vector2d::Ones();
+  for (const auto& [view, blob, pose] : views) {
+    const Eigen::Matrix3d to_world = pose.rotation.transpose();
+    for (const Vector3d& normal : view->normals) normals.push_back(to_world * normal);
+    sizes.push_back((pose * centre).norm() / view->range);
+    rims.push_back({blob, pose});
+    lamp.x_axis = to_world * view->x_axis;
+    sides = view->sides;
+  }
+  // A saturated rim has grown by an unknown amount: used only if there is no other.
+  const auto is_saturated = [](const RimInPicture& rim) { return rim.blob->saturated; };
+  if (!std::all_of(rims.begin(), rims.end(), is_saturated))
+    rims.erase(std::remove_if(rims.begin(), rims.end(), is_saturated), rims.end());
+  const bool is_disc = shape == LampShape::disc;
+  lamp.normal = consensus_direction(normals);
+  found.size = median(sizes);
+  lamp.radius_m = is_disc ? found.size : 0;
+  lamp.size_m = is_disc ? Eigen::Vector2d::Zero() : Eigen::Vector2d(sides * found.size);
+  lamp.x_axis =
+      is_disc ? Vector3d(lamp.normal.unitOrthogonal())
+              : Vector3d((lamp.x_axis - lamp.normal * lamp.normal.dot(lamp.x_axis)).normalized());
+  found.is_fitted = fit_shape(lamp, rims, camera);
+  if (found.is_fitted) found.size = is_disc ? lamp.radius_m : std::sqrt(lamp.size_m.prod() / pi);
+  return found;
 }
 
 }  // namespace occ::internal::survey

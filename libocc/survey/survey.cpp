@@ -14,6 +14,7 @@
 #include "libocc/core/statistics.hpp"
 #include "libocc/geometry/so3.hpp"
 #include "libocc/survey/internal/growing_map.hpp"
+#include "libocc/survey/internal/lamp_light.hpp"
 #include "libocc/survey/internal/row_times.hpp"
 
 namespace occ {
@@ -342,33 +343,17 @@ Result<Survey> SurveyRun::result_of(const Result<Adjustment>& adjusted) {
   return result;
 }
 
-/// Power over that of other lamps, and colour, from the blobs: for a uniform Lambertian face, the
-/// flux in the image is proportional to  power cos(emission) cos(incidence) / distance^2.
 void SurveyRun::set_light(SurveyedLamp& surveyed, int lamp) const {
-  std::vector<double> powers;
-  Vector3d colour = Vector3d::Zero();
-  int colours = 0;
+  std::vector<internal::survey::BlobInPicture> blobs;
   for (const PlacedPicture& placed : growing_.map().placed)
-    for (std::size_t b = 0; b < placed.lamp_of.size(); ++b) {
-      if (placed.lamp_of[b] != lamp) continue;
-      ++surveyed.pictures;
-      const Blob& blob = pictures_[placed.picture].blobs[b];
-      const Vector3d in_cam = placed.cam_from_map * surveyed.lamp.centre_m;
-      const double emission =
-          -(placed.cam_from_map.rotation * surveyed.lamp.normal).dot(in_cam) / in_cam.norm();
-      const double incidence = in_cam.z() / in_cam.norm();
-      constexpr double min_cosine = 0.1;  // the quotient is inaccurate towards zero
-      if (!blob.saturated && emission > min_cosine && incidence > min_cosine)
-        powers.push_back(blob.flux_dn * in_cam.squaredNorm() / (emission * incidence));
-      if (blob.colour && !blob.colour->clipped[0] && !blob.colour->clipped[1] &&
-          !blob.colour->clipped[2]) {
-        colour += 3 * blob.colour->share;
-        ++colours;
-      }
-    }
-  surveyed.has_power = !powers.empty();
-  if (surveyed.has_power) surveyed.lamp.power_w = median(powers);
-  if (colours > 0) surveyed.lamp.colour = colour / colours;
+    for (std::size_t b = 0; b < placed.lamp_of.size(); ++b)
+      if (placed.lamp_of[b] == lamp)
+        blobs.push_back({&pictures_[placed.picture].blobs[b], placed.cam_from_map});
+  surveyed.pictures = static_cast<int>(blobs.size());
+  const internal::survey::RelativeLight light = internal::survey::lamp_light(surveyed.lamp, blobs);
+  surveyed.has_power = light.power.has_value();
+  if (light.power) surveyed.lamp.power_w = *light.power;
+  if (light.colour) surveyed.lamp.colour = *light.colour;
 }
 
 /// Makes the mean power 1 W: the pictures determine ratios only.

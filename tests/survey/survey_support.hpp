@@ -97,7 +97,10 @@ inline MadePicture make_picture(const Scene& scene, const Rigid3& pose, const st
     blob.y0 = static_cast<int>(low.y());
     blob.x1 = static_cast<int>(high.x());
     blob.y1 = static_cast<int>(high.y());
-    blob.flux_dn = 1000;
+    const Vector3d in_cam = pose * scene.lamps[i].centre_m;
+    const double emission = -(pose.rotation * scene.lamps[i].normal).dot(in_cam) / in_cam.norm();
+    blob.flux_dn =
+        1e4 * scene.lamps[i].power_w * emission * in_cam.z() / in_cam.norm() / in_cam.squaredNorm();
     made.picture.blobs.push_back(blob);
     made.lamps.push_back(static_cast<int>(i));
   }

@@ -77,7 +77,6 @@ class GrowingMap {
   Eigen::Vector2d centre_correction(int lamp, const Rigid3& pose) const;
   void update_from(const Adjustment& adjustment);
   void update_shapes();
-  std::vector<Eigen::Vector3d> normals_of(int lamp) const;
 
   const std::vector<SurveyPicture>& input_;
   const Camera& camera_;

@@ -12,6 +12,7 @@
 #include "libocc/core/blob.hpp"
 #include "libocc/geometry/rigid.hpp"
 #include "libocc/scene/lamp.hpp"
+#include "libocc/survey/internal/lamp_view.hpp"
 
 namespace occ::internal::survey {
 
@@ -24,5 +25,24 @@ struct RimInPicture {
 /// Fits radius_m or size_m, normal and x_axis from the values of `lamp`; sets size_sigma and
 /// tilt_sigma_rad. False, with the lamp unchanged, if the rims do not determine them.
 bool fit_shape(Lamp& lamp, const std::vector<RimInPicture>& rims, const Camera& camera);
+
+/// View of a lamp in a picture of known pose.
+struct ViewInPicture {
+  const LampShapeView* view = nullptr;
+  const Blob* blob = nullptr;
+  Rigid3 cam_from_world;
+};
+
+/// Result of shape_of_views().
+struct ShapeOfViews {
+  Lamp lamp;               ///< centre, shape, size, normal; with errors if is_fitted
+  double size = 1;         ///< radius of a disc, or of the disc with the area of a rectangle
+  bool is_fitted = false;  ///< false: start values, the rims do not determine the shape
+};
+
+/// Shape of a lamp with a known centre from at least one view: start values from the views, then
+/// fit_shape() without saturated rims, unless all are saturated.
+ShapeOfViews shape_of_views(const Eigen::Vector3d& centre, LampShape shape,
+                            const std::vector<ViewInPicture>& views, const Camera& camera);
 
 }  // namespace occ::internal::survey

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "libocc/survey/internal/lamp_light.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "libocc/core/statistics.hpp"
+
+namespace occ::internal::survey {
+
+using Eigen::Vector3d;
+
+RelativeLight lamp_light(const Lamp& lamp, const std::vector<BlobInPicture>& blobs) {
+  std::vector<double> powers;
+  Vector3d colour = Vector3d::Zero();
+  int colours = 0;
+  for (const auto& [blob, pose] : blobs) {
+    const Vector3d in_cam = pose * lamp.centre_m;
+    const double emission = -(pose.rotation * lamp.normal).dot(in_cam) / in_cam.norm();
+    const double incidence = in_cam.z() / in_cam.norm();
+    constexpr double min_cosine = 0.1;  // the quotient is inaccurate towards zero
+    if (!blob->saturated && emission > min_cosine && incidence > min_cosine)
+      powers.push_back(blob->flux_dn * in_cam.squaredNorm() / (emission * incidence));
+    if (blob->colour && !blob->colour->clipped[0] && !blob->colour->clipped[1] &&
+        !blob->colour->clipped[2]) {
+      colour += 3 * blob->colour->share;
+      ++colours;
+    }
+  }
+  RelativeLight light;
+  if (colours > 0) light.colour = colour / colours;
+  if (powers.empty()) return light;
+  light.power = median(powers);
+  std::vector<double> deviations;
+  for (const double power : powers) deviations.push_back(std::abs(power / *light.power - 1));
+  constexpr double sigma_over_deviation = 1.4826;  // median absolute deviation of a normal variable
+  light.power_sigma =
+      sigma_over_deviation * median(deviations) / std::sqrt(static_cast<double>(powers.size()));
+  return light;
+}
+
+}  // namespace occ::internal::survey

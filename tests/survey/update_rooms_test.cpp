@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: Apache-2.0
+// Updates of many random rooms with 0 to 40 % changed lamps: rates of false and of missed changes,
+// and the covariance of the updated places.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <iostream>
+
+#include "tests/survey/update_support.hpp"
+
+namespace occ::test {
+namespace {
+
+std::vector<Vector3d> random_places(int count, Random& random) {
+  std::vector<Vector3d> at;
+  while (static_cast<int>(at.size()) < count) {
+    const Vector3d next(random.uniform(0, 5), random.uniform(0, 4), random.uniform(2.5, 2.7));
+    const auto is_near = [&](const Vector3d& other) { return (other - next).norm() < 0.6; };
+    if (std::none_of(at.begin(), at.end(), is_near)) at.push_back(next);
+  }
+  return at;
+}
+
+/// A room of 11 to 17 lamps in which a share of up to 40 % moved, is gone or was added.
+ChangedRoom changed_room(double share, double sigma_m, Random& random) {
+  const int count = 11 + random.below(7);
+  std::vector<Vector3d> at = random_places(count + 4, random);
+  std::vector<Vector3d> spare(at.begin() + count, at.end());
+  at.resize(static_cast<std::size_t>(count));
+  ChangedRoom room;
+  room.now = room_of(at);
+  room.map = map_of(room.now, sigma_m, random);
+  std::vector<Lamp> lamps;
+  int changes = static_cast<int>(std::floor(share * count));
+  for (Lamp& lamp : room.now.lamps) {
+    const bool is_changed = random.below(count - lamp.id) < changes;
+    changes -= is_changed;
+    if (!is_changed) {
+      lamps.push_back(lamp);
+    } else if (random.uniform() < 0.6) {  // from 5 sigmas to 0.3 m
+      const Vector3d along = Vector3d(random.normal(), random.normal(), 0.3 * random.normal());
+      const double distance = 5 * sigma_m * std::pow(0.3 / (5 * sigma_m), random.uniform());
+      room.moved[lamp.id] = distance * along.normalized();
+      lamp.centre_m += room.moved[lamp.id];
+      lamps.push_back(lamp);
+    } else {
+      room.gone.insert(lamp.id);
+      if (spare.empty() || random.uniform() < 0.5) continue;
+      lamp.id = 100 + lamp.id;
+      lamp.centre_m = spare.back();
+      room.added.insert(lamp.id);
+      spare.pop_back();
+      lamps.push_back(lamp);
+    }
+  }
+  room.now.lamps = lamps;
+  return room;
+}
+
+struct Rates {
+  int rooms = 0, refused = 0, unchanged = 0, false_changes = 0, false_gone = 0;
+  int moved = 0, found = 0, gone = 0, found_gone = 0, added = 0, false_added = 0, not_seen = 0;
+  double nees = 0;
+  int places = 0;
+};
+
+void add(Rates& rates, const ChangedRoom& room, const Result<MapUpdate>& found) {
+  ++rates.rooms;
+  if (!found.ok()) {
+    ++rates.refused;
+    std::cout << "refused: " << found.message << std::endl;
+    return;
+  }
+  std::map<int, Vector3d> truth;
+  for (const Lamp& lamp : room.now.lamps) truth[lamp.id] = lamp.centre_m;
+  for (const LampUpdate& lamp : found->lamps) {
+    const int id = lamp.lamp.id;
+    if (lamp.fate == LampFate::not_seen) {
+      ++rates.not_seen;
+      continue;
+    }
+    if (id >= static_cast<int>(room.map.lamps.size())) {  // new, or a far move
+      const bool is_real = std::any_of(truth.begin(), truth.end(), [&](const auto& one) {
+        return (one.second - lamp.lamp.centre_m).norm() < 0.03 &&
+               (room.added.count(one.first) > 0 || room.moved.count(one.first) > 0);
+      });
+      ++rates.added;
+      rates.false_added += !is_real;
+      continue;
+    }
+    if (room.gone.count(id) > 0) {
+      ++rates.gone;
+      rates.found_gone += lamp.fate == LampFate::gone || lamp.fate == LampFate::moved;
+      continue;
+    }
+    if (room.moved.count(id) > 0) {
+      const Vector3d& by = room.moved.at(id);
+      const Vector3d along = by.normalized();
+      if (lamp.has_test &&
+          by.norm() < 5 * std::sqrt(along.dot(lamp.displacement_covariance_m2 * along)))
+        continue;
+      ++rates.moved;
+      rates.found += lamp.fate == LampFate::moved || lamp.fate == LampFate::gone;
+    } else {
+      ++rates.unchanged;
+      rates.false_changes += lamp.fate == LampFate::moved;
+      rates.false_gone += lamp.fate == LampFate::gone || lamp.fate == LampFate::changed;
+    }
+    if (lamp.fate == LampFate::gone) continue;
+    const Vector3d error = lamp.lamp.centre_m - truth.at(id);
+    rates.nees += error.dot(lamp.covariance_m2.inverse() * error);
+    ++rates.places;
+  }
+}
+
+void campaign(int seeds) {
+  for (const double share : {0.0, 0.1, 0.25, 0.4}) {
+    Rates rates;
+    for (int seed = 1; seed <= seeds; ++seed) {
+      Random random(static_cast<std::uint64_t>(seed), 91);
+      const double sigma_m = seed % 2 == 0 ? 0.002 : 0.005;
+      const ChangedRoom room = changed_room(share, sigma_m, random);
+      const auto made = walk(room.now, 25, static_cast<std::uint64_t>(seed) + 500);
+      add(rates, room, update_map(pictures_of(made), room.map, exact_options()));
+    }
+    std::cout << "share " << share << ": rooms " << rates.rooms << ", refused " << rates.refused
+              << "; unchanged " << rates.unchanged << ", called moved " << rates.false_changes
+              << ", called gone or changed " << rates.false_gone << "; moved " << rates.moved
+              << ", found " << rates.found << "; gone " << rates.gone << ", found "
+              << rates.found_gone << "; added " << rates.added << ", false " << rates.false_added
+              << "; not seen " << rates.not_seen << "; nees " << rates.nees / rates.places / 3
+              << std::endl;
+    EXPECT_LE(rates.refused, 0.02 * rates.rooms);
+    EXPECT_LE(rates.false_changes, 0.01 * rates.unchanged);
+    EXPECT_LE(rates.false_gone, 0.01 * rates.unchanged);
+    EXPECT_GE(rates.found, 0.95 * rates.moved);
+    EXPECT_GE(rates.found_gone, 0.95 * rates.gone);
+    EXPECT_LE(rates.false_added, 0.01 * rates.unchanged);
+    EXPECT_LT(rates.not_seen, 0.2 * rates.unchanged);
+    EXPECT_NEAR(rates.nees / rates.places / 3, 1, seeds < 20 ? 0.6 : 0.2);
+  }
+}
+
+TEST(UpdateRooms, FindChangesOnly) { campaign(4); }
+
+TEST(SlowUpdateRooms, FindChangesOnly) { campaign(60); }
+
+}  // namespace
+}  // namespace occ::test

@@ -1,0 +1,290 @@
+// SPDX-License-Identifier: Apache-2.0
+// Updates of maps: each verdict, links to symmetric maps, and data that must be refused.
+#include "libocc/survey/update.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/survey/update_support.hpp"
+
+namespace occ::test {
+namespace {
+
+Result<MapUpdate> update_of(const Scene& map, const Scene& now, int pictures = 14,
+                            std::uint64_t seed = 5,
+                            const UpdateOptions& options = exact_options()) {
+  return update_map(pictures_of(walk(now, pictures, seed)), map, options);
+}
+
+TEST(UpdateMap, KeepsAndRefinesLampsThatDidNotChange) {
+  Random random(3);
+  const Scene now = ten_lamps();
+  const Scene map = map_of(now, 0.005, random);
+  const auto found = update_of(map, now);
+  ASSERT_TRUE(found.ok()) << found.message;
+  ASSERT_EQ(found->lamps.size(), 10u);
+  EXPECT_EQ(count_of(*found, LampFate::unchanged), 10);
+  double before = 0, after = 0;
+  for (int i = 0; i < 10; ++i) {
+    EXPECT_EQ(found->lamps[i].lamp.id, i);
+    EXPECT_TRUE(found->lamps[i].changes.empty());
+    EXPECT_LT(found->lamps[i].covariance_m2.trace(), 3 * square(0.005));
+    before += (map.lamps[i].centre_m - now.lamps[i].centre_m).squaredNorm();
+    after += (found->lamps[i].lamp.centre_m - now.lamps[i].centre_m).squaredNorm();
+  }
+  EXPECT_LT(after, 0.5 * before);
+  EXPECT_EQ(found->covariance_m2.rows(), 30);
+}
+
+TEST(UpdateMap, FindsMovedGoneAndNewLamps) {
+  Random random(3);
+  Scene now = ten_lamps();
+  const Scene map = map_of(now, 0.003, random);
+  now.lamps[2].centre_m += Vector3d(0.05, 0, 0);  // overlaps its old place
+  now.lamps[4].centre_m += Vector3d(0, 0.25, 0);  // beyond it, and within max_move_m
+  now.lamps.erase(now.lamps.begin() + 6);         // gone
+  Lamp added = now.lamps[0];
+  added.centre_m = {1.3, 2.3, 2.7};
+  added.id = 77;
+  now.lamps.push_back(added);
+  const auto found = update_of(map, now, 20);
+  ASSERT_TRUE(found.ok()) << found.message;
+  ASSERT_EQ(found->lamps.size(), 11u);
+  EXPECT_EQ(found->lamps[2].fate, LampFate::moved) << found->lamps[2].reason;
+  EXPECT_NEAR(found->lamps[2].displacement_m.x(), 0.05, 0.012);
+  EXPECT_GT(found->lamps[2].statistic, found->max_statistic);
+  EXPECT_EQ(found->lamps[4].fate, LampFate::moved) << found->lamps[4].reason;
+  EXPECT_NEAR(found->lamps[4].displacement_m.y(), 0.25, 0.012);
+  EXPECT_NE(found->lamps[4].reason.find("assumed"), std::string::npos);
+  EXPECT_NEAR((found->lamps[4].lamp.centre_m - now.lamps[4].centre_m).norm(), 0, 0.01);
+  EXPECT_EQ(found->lamps[6].fate, LampFate::gone) << found->lamps[6].reason;
+  EXPECT_GE(found->lamps[6].missed.size(), 3u);
+  EXPECT_TRUE(found->lamps[6].seen.empty());
+  EXPECT_EQ(found->lamps[10].fate, LampFate::added);
+  EXPECT_EQ(found->lamps[10].lamp.id, 10);
+  EXPECT_LT((found->lamps[10].lamp.centre_m - added.centre_m).norm(), 0.01);
+  EXPECT_EQ(count_of(*found, LampFate::unchanged), 7);
+}
+
+TEST(UpdateMap, ReportsAFarMoveAsGoneAndNew) {
+  Random random(3);
+  Scene now = ten_lamps();
+  const Scene map = map_of(now, 0.003, random);
+  now.lamps[4].centre_m += Vector3d(0.1, 0.6, 0);
+  const auto found = update_of(map, now, 20);
+  ASSERT_TRUE(found.ok()) << found.message;
+  EXPECT_EQ(found->lamps[4].fate, LampFate::gone);
+  EXPECT_NE(found->lamps[4].reason.find("max_move_m"), std::string::npos);
+  EXPECT_EQ(count_of(*found, LampFate::added), 1);
+}
+
+TEST(UpdateMap, KeepsTheIdOfAFarMoveByItsCode) {
+  Random random(3);
+  Scene now = ten_lamps();
+  const Scene map = map_of(now, 0.003, random);
+  now.lamps[4].centre_m += Vector3d(0.1, 0.6, 0);
+  auto made = walk(now, 20, 5);
+  for (MadePicture& one : made)
+    for (std::size_t b = 0; b < one.lamps.size(); ++b)
+      if (one.lamps[b] == 4) one.picture.blobs[b].lamp_id = 4;
+  const auto found = update_map(pictures_of(made), map, exact_options());
+  ASSERT_TRUE(found.ok()) << found.message;
+  EXPECT_EQ(found->lamps[4].fate, LampFate::moved);
+  EXPECT_NE(found->lamps[4].reason.find("code"), std::string::npos);
+  EXPECT_EQ(count_of(*found, LampFate::added), 0);
+}
+
+TEST(UpdateMap, DoesNotChooseBetweenTwoCandidates) {
+  Random random(3);
+  Scene now = ten_lamps();
+  const Scene map = map_of(now, 0.003, random);
+  Lamp second = now.lamps[4];
+  second.centre_m += Vector3d(0.22, 0, 0);
+  second.id = 20;
+  now.lamps[4].centre_m += Vector3d(-0.2, 0, 0);
+  now.lamps.push_back(second);
+  const auto found = update_of(map, now, 20);
+  ASSERT_TRUE(found.ok()) << found.message;
+  EXPECT_EQ(found->lamps[4].fate, LampFate::gone);
+  EXPECT_NE(found->lamps[4].reason.find("nearly as near"), std::string::npos);
+  EXPECT_EQ(count_of(*found, LampFate::added), 2);
+}
+
+TEST(UpdateMap, KeepsALampThatIsHiddenInHalfOfThePictures) {
+  Random random(3);
+  const Scene now = ten_lamps();
+  const Scene map = map_of(now, 0.003, random);
+  auto made = walk(now, 20, 5);
+  for (std::size_t i = 0; i < made.size(); i += 2) {
+    auto& [picture, lamps] = made[i];
+    for (std::size_t b = 0; b < lamps.size(); ++b)
+      if (lamps[b] == 2) {
+        picture.blobs.erase(picture.blobs.begin() + static_cast<std::ptrdiff_t>(b));
+        lamps.erase(lamps.begin() + static_cast<std::ptrdiff_t>(b));
+        break;
+      }
+  }
+  const auto found = update_map(pictures_of(made), map, exact_options());
+  ASSERT_TRUE(found.ok()) << found.message;
+  EXPECT_EQ(found->lamps[2].fate, LampFate::unchanged) << found->lamps[2].reason;
+  EXPECT_FALSE(found->lamps[2].missed.empty());
+}
+
+TEST(UpdateMap, KeepsLampsThatNoPictureShows) {
+  Random random(3);
+  Scene now = ten_lamps();
+  Scene map = map_of(now, 0.003, random);
+  Lamp far = map.lamps[0];
+  far.id = 42;
+  far.centre_m = {30, 30, 2.7};
+  map.lamps.push_back(far);
+  const auto found = update_of(map, now);
+  ASSERT_TRUE(found.ok()) << found.message;
+  const LampUpdate* kept = of_id(*found, 42);
+  ASSERT_NE(kept, nullptr);
+  EXPECT_EQ(kept->fate, LampFate::not_seen);
+  EXPECT_EQ(kept->lamp.centre_m, far.centre_m);
+  EXPECT_NEAR(kept->covariance_m2(0, 0), square(0.003), 1e-12);
+}
+
+TEST(UpdateMap, ReportsASwappedLampAsChanged) {
+  Random random(3);
+  Scene now = ten_lamps();
+  const Scene map = map_of(now, 0.003, random);
+  now.lamps[2].radius_m = 0.12;
+  now.lamps[7].power_w = 4;
+  const auto found = update_of(map, now, 20);
+  ASSERT_TRUE(found.ok()) << found.message;
+  EXPECT_EQ(found->lamps[2].fate, LampFate::changed) << found->lamps[2].reason;
+  ASSERT_FALSE(found->lamps[2].changes.empty());
+  EXPECT_EQ(found->lamps[2].changes[0].property, "size");
+  EXPECT_NEAR(found->lamps[2].lamp.radius_m, 0.12, 0.003);
+  EXPECT_EQ(found->lamps[7].fate, LampFate::changed) << found->lamps[7].reason;
+  EXPECT_EQ(found->lamps[7].changes[0].property, "power");
+}
+
+TEST(UpdateMap, RefinesWithTheSharedErrorsOfTheMap) {
+  Random random(3);
+  const Scene now = ten_lamps();
+  Scene map = now;
+  for (Lamp& lamp : map.lamps) {  // the ceiling is 20 mm too low in the map, a third of its error
+    lamp.position_sigma_m = PerAxis(0.001);
+    lamp.shared_errors_m = {Vector3d(0, 0, 0.06)};
+    lamp.centre_m.z() -= 0.02;
+  }
+  const auto found = update_of(map, now);
+  ASSERT_TRUE(found.ok()) << found.message;
+  EXPECT_EQ(count_of(*found, LampFate::unchanged), 10);
+  // Pictures do not show a common shift, so that the frame of the map remains.
+  EXPECT_NEAR(found->lamps[0].lamp.centre_m.z(), map.lamps[0].centre_m.z(), 0.004);
+  EXPECT_GT(found->lamps[0].covariance_m2(2, 2), square(0.055));
+}
+
+Scene grid() {
+  std::vector<Vector3d> at;
+  for (int i = 0; i < 4; ++i)
+    for (int j = 0; j < 3; ++j) at.push_back({1.2 * i, 1.0 * j, 2.7});
+  return room_of(at);
+}
+
+TEST(UpdateMap, ReportsTheWaysOfARegularMap) {
+  const Scene now = grid();
+  std::vector<Rigid3> poses;
+  const auto made = video(now, 20, 5, poses);
+  UpdateOptions options = exact_options();
+  options.survey.ordered = true;
+  const auto found = update_map(pictures_of(made), now, options);
+  ASSERT_EQ(found.status, Status::ambiguous) << found.message;
+  ASSERT_GE(found->ways.size(), 2u);
+  EXPECT_EQ(found->ways[0].picture, "frame 0");
+  EXPECT_EQ(found->ways[0].matches, found->ways[1].matches);
+  EXPECT_TRUE(found->lamps.empty());
+  options.prior.emplace();
+  options.prior->heading_rad = heading_rad(poses[0]);
+  options.prior->position_m = poses[0].origin_in_source();
+  options.prior->position_sigma_m = 0.2;  // a shift by one lamp is 1 m
+  const auto decided = update_map(pictures_of(made), now, options);
+  ASSERT_TRUE(decided.ok()) << decided.message;
+  EXPECT_LT((decided->cam_from_world[0]->origin_in_source() - poses[0].origin_in_source()).norm(),
+            0.01);
+}
+
+TEST(UpdateMap, RefusesAPriorThatContradictsTheOnlyWay) {
+  const Scene now = ten_lamps();
+  UpdateOptions options = exact_options();
+  options.prior.emplace();
+  options.prior->position_m = Vector3d(-9, 4, 0);
+  const auto found = update_of(now, now, 14, 5, options);
+  EXPECT_EQ(found.status, Status::no_pose);
+  EXPECT_NE(found.message.find("contradict the prior of picture 0"), std::string::npos);
+}
+
+TEST(UpdateMap, RefusesPicturesOfAnotherRoom) {
+  const Scene other = room_of({{0.5, 0.6, 2.7},
+                               {1.9, 0.9, 2.7},
+                               {3.1, 2.2, 2.7},
+                               {1.2, 2.1, 2.7},
+                               {0.9, 3.1, 2.7},
+                               {2.4, 3.2, 2.7}});
+  const auto found = update_of(ten_lamps(), other);
+  EXPECT_EQ(found.status, Status::no_pose) << found.message;
+  EXPECT_NE(found.message.find("this room"), std::string::npos);
+  EXPECT_EQ(found->omissions.size(), 14u);
+}
+
+TEST(UpdateMap, RefusesMapsAndPicturesThatAreTooSmall) {
+  const Scene now = ten_lamps();
+  Scene map = now;
+  map.lamps.clear();
+  auto found = update_of(map, now);
+  EXPECT_EQ(found.status, Status::too_few_lamps);
+  EXPECT_NE(found.message.find("the map has 0 lamps"), std::string::npos);
+  found = update_of(now, now, 1);
+  EXPECT_EQ(found.status, Status::too_few_lamps);
+}
+
+TEST(UpdateMap, LinksPicturesOfBothEndsOfAHall) {
+  Random random(8);
+  Scene now = ten_lamps();
+  for (int i = 0; i < 10; ++i) {
+    Lamp lamp = now.lamps[i];
+    lamp.id = 10 + i;
+    lamp.centre_m =
+        Vector3d(16 - 0.9 * lamp.centre_m.y() + 0.2 * (i % 3), 0.8 * lamp.centre_m.x(), 2.7);
+    now.lamps.push_back(lamp);
+  }
+  const Scene map = map_of(now, 0.003, random);
+  Scene near = now, far = now;
+  near.lamps.resize(10);
+  far.lamps.erase(far.lamps.begin(), far.lamps.begin() + 10);
+  far.lamps.erase(far.lamps.begin() + 4);
+  auto made = walk(near, 12, 5);
+  for (MadePicture& one : walk(far, 12, 6)) {
+    one.picture.name = "far " + one.picture.name;
+    made.push_back(one);
+  }
+  const auto found = update_map(pictures_of(made), map, exact_options());
+  ASSERT_TRUE(found.ok()) << found.message;
+  EXPECT_EQ(count_of(*found, LampFate::unchanged), 19);
+  EXPECT_EQ(found->lamps[14].fate, LampFate::gone) << found->lamps[14].reason;
+}
+
+TEST(UpdateMap, NamesInvalidOptions) {
+  UpdateOptions options;
+  options.survey.radius_m = 0.1;
+  EXPECT_THROW(update_map({}, ten_lamps(), options), std::invalid_argument);
+  options = {};
+  options.false_alarm = 0;
+  EXPECT_THROW(update_map({}, ten_lamps(), options), std::invalid_argument);
+}
+
+TEST(UpdateMap, StatesThatTheMapHasNoErrors) {
+  const auto found = update_of(ten_lamps(), ten_lamps());
+  ASSERT_TRUE(found.ok()) << found.message;
+  ASSERT_FALSE(found->warnings.empty());
+  EXPECT_NE(found->warnings[0].find("10 lamps"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace occ::test
