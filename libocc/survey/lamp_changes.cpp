@@ -214,8 +214,7 @@ void LampChanges::pair_overlapping() {
       const Lamp &old = map_.lamps[a], &seen = measured(static_cast<int>(p)).lamp;
       const double distance = (old.centre_m - seen.centre_m).norm();
       const double reach = std::max(lamp_size(old) + lamp_size(seen), 4 * options_.map_sigma_m);
-      if (distance < std::min(reach, options_.max_move_m))
-        all.push_back({distance, static_cast<int>(a), static_cast<int>(p)});
+      if (distance < reach) all.push_back({distance, static_cast<int>(a), static_cast<int>(p)});
     }
   }
   std::stable_sort(all.begin(), all.end(),

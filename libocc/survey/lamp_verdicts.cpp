@@ -110,7 +110,7 @@ Lamp LampChanges::lamp_at(const Lamp& old, const BlockLamp& seen,
                           const std::vector<LampChange>& changes, bool is_moved) const {
   Lamp lamp = old;
   for (const LampChange& change : changes) {
-    if (change.property == "shape" || change.property == "size") {
+    if (change.quantity == "shape" || change.quantity == "size") {
       lamp.shape = seen.lamp.shape;
       lamp.radius_m = seen.lamp.radius_m / size_factor_;
       lamp.size_m = seen.lamp.size_m / size_factor_;
@@ -118,13 +118,13 @@ Lamp LampChanges::lamp_at(const Lamp& old, const BlockLamp& seen,
       lamp.photometry.reset();  // that of another luminaire
       lamp.x_axis = seen.lamp.x_axis;
     }
-    if (change.property == "normal" || change.property == "shape") {
+    if (change.quantity == "normal" || change.quantity == "shape") {
       lamp.normal = seen.lamp.normal;
       lamp.tilt_sigma_rad = seen.lamp.tilt_sigma_rad;
       lamp.x_axis = seen.lamp.x_axis;
     }
-    if (change.property == "power") lamp.power_w = *seen.light.power / power_factor_;
-    if (change.property == "colour") {
+    if (change.quantity == "power") lamp.power_w = *seen.light.power / power_factor_;
+    if (change.quantity == "colour") {
       const Vector3d colour = seen.light.colour->cwiseQuotient(colour_factor_);
       lamp.colour = 3 * colour / colour.sum();
     }
@@ -150,7 +150,7 @@ std::optional<int> LampChanges::far_move(int lamp, const std::vector<int>& gone,
     compare_looks(looks, old, measured(p));
     if (!looks.changes.empty()) {
       reason = "a new lamp " + mm(distance(old, p)) + " away has another " +
-               looks.changes[0].property + ", so that it is not assumed to be this one";
+               looks.changes[0].quantity + ", so that it is not assumed to be this one";
       continue;
     }
     if (best < 0 || distance(old, p) < distance(old, best)) best = p;
@@ -204,23 +204,18 @@ LampUpdate LampChanges::moved_lamp(int lamp, int place, const std::string& reaso
   return update;
 }
 
+bool LampChanges::is_unchanged(int lamp) const {
+  return std::all_of(pairs_.begin(), pairs_.end(), [&](const PlacePair& pair) {
+    return pair.lamp != lamp || statistics_->is_unchanged(pair);
+  });
+}
+
 LampUpdate LampChanges::measured_verdict(int lamp, int place) {
-  const auto& unchanged = statistics_->unchanged();
-  bool is_unchanged = false, is_contradicted = false;
-  for (const PlacePair& pair : pairs_) {
-    if (pair.lamp != lamp) continue;
-    const bool fits = std::any_of(unchanged.begin(), unchanged.end(), [&](const PlacePair& other) {
-      return other.lamp == lamp && other.place == pair.place;
-    });
-    is_unchanged = is_unchanged || fits;
-    if (!fits) {
-      is_contradicted = true;
-      place = pair.place;  // of two constellations, the one that differs from the map
-    }
-  }
+  for (const PlacePair& pair : pairs_)  // of two constellations, the one that differs from the map
+    if (pair.lamp == lamp && !statistics_->is_unchanged(pair)) place = pair.place;
   place_of_[lamp] = place;
   LampUpdate update = moved_lamp(lamp, place, "");
-  if (is_unchanged && !is_contradicted) {
+  if (is_unchanged(lamp)) {
     update.fate = update.changes.empty() ? LampFate::unchanged : LampFate::changed;
     update.lamp = lamp_at(map_.lamps[lamp], measured(place), update.changes, false);
     update.reason = "at its place: " + mm(update.displacement_m.norm()) + " from the map, sigma " +
@@ -228,7 +223,7 @@ LampUpdate LampChanges::measured_verdict(int lamp, int place) {
                     text_of(update.statistic, "", 3) + " of at most " +
                     text_of(max_statistic_, "", 3);
     for (const LampChange& change : update.changes)
-      update.reason += "; another " + change.property + ": " + change.before + " before, " +
+      update.reason += "; another " + change.quantity + ": " + change.before + " before, " +
                        change.after + " now";
   } else {
     const double distance = update.displacement_m.norm();
@@ -307,10 +302,16 @@ LampUpdate LampChanges::new_lamp(int place, int id) const {
 
 void LampChanges::write(MapUpdate& result) {
   std::vector<int> gone;
+  std::vector<bool> is_replaced(map_.lamps.size(), false);
   for (int a = 0; a < static_cast<int>(map_.lamps.size()); ++a) {
-    if (place_of_[a] >= 0 && !is_coded_[place_of_[a]] && is_gone(evidence_[a])) {
-      lamp_of_[place_of_[a]] = no_lamp;
+    const int place = place_of_[a];
+    if (place >= 0 && !is_coded_[place] && is_gone(evidence_[a])) {
+      lamp_of_[place] = no_lamp;  // lit in few pictures: neither this lamp nor a new one
       place_of_[a] = -1;
+    } else if (place >= 0 && !is_coded_[place] && !is_unchanged(a) &&
+               statistics_->test({a, place}).moved.norm() > options_.max_move_m) {
+      lamp_of_[place] = place_of_[a] = -1;
+      is_replaced[a] = true;
     }
     if (place_of_[a] < 0 && is_gone(evidence_[a])) gone.push_back(a);
   }
@@ -326,7 +327,13 @@ void LampChanges::write(MapUpdate& result) {
   int changed = 0, expected = 0;
   for (int a = 0; a < static_cast<int>(map_.lamps.size()); ++a) {
     LampUpdate update;
-    if (place_of_[a] >= 0) {
+    if (is_replaced[a]) {
+      update.fate = LampFate::gone;
+      update.lamp = map_.lamps[a];
+      update.reason = "a new lamp overlaps its place, displaced by more than max_move_m = " +
+                      text_of(options_.max_move_m, " m") +
+                      ", so that it is not assumed to be this one";
+    } else if (place_of_[a] >= 0) {
       update = measured_verdict(a, place_of_[a]);
     } else {
       std::string reason;

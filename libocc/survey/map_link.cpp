@@ -37,8 +37,8 @@ class LinkSearch {
  public:
   LinkSearch(const std::vector<LinkLamp>& lamps, const std::vector<LinkLamp>& map)
       : lamps_(lamps), map_(map) {
-    for (const LinkLamp& lamp : lamps) sigmas_.push_back(largest_sigma(lamp));
-    for (const LinkLamp& lamp : map) map_sigmas_.push_back(largest_sigma(lamp));
+    for (const LinkLamp& lamp : lamps) sigmas_.push_back(worst_sigma(lamp));
+    for (const LinkLamp& lamp : map) map_sigmas_.push_back(worst_sigma(lamp));
     for (const LinkLamp& lamp : lamps) {  // the normals of single lamps are less accurate
       Vector3d mean = Vector3d::Zero();
       for (const LinkLamp& other : lamps)
@@ -150,7 +150,7 @@ class LinkSearch {
     if (next.count >= 3 && known.insert(next.lamp_of).second) found_.push_back(std::move(next));
   }
 
-  static double largest_sigma(const LinkLamp& lamp) {
+  static double worst_sigma(const LinkLamp& lamp) {
     return std::sqrt(core::symmetric_eigen<Matrix3d>(lamp.covariance).eigenvalues()[2]);
   }
 

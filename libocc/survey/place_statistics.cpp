@@ -78,6 +78,12 @@ bool PlaceStatistics::set_unchanged(std::vector<PlacePair> pairs) {
   return true;
 }
 
+bool PlaceStatistics::is_unchanged(const PlacePair& pair) const {
+  return std::any_of(unchanged_.begin(), unchanged_.end(), [&](const PlacePair& other) {
+    return other.lamp == pair.lamp && other.place == pair.place;
+  });
+}
+
 PlaceTest PlaceStatistics::test(const PlacePair& pair) const {
   PlaceTest result;
   Vector3d residual;
@@ -103,11 +109,6 @@ PlaceTest PlaceStatistics::test(const PlacePair& pair) const {
 
 void PlaceStatistics::separate(const std::vector<PlacePair>& all, double max_statistic,
                                int min_unchanged) {
-  const auto contains = [&](const PlacePair& pair) {
-    return std::any_of(unchanged_.begin(), unchanged_.end(), [&](const PlacePair& other) {
-      return other.lamp == pair.lamp && other.place == pair.place;
-    });
-  };
   const std::size_t max_changes = 4 * all.size();  // a lamp may be moved out and back; no cycles
   for (std::size_t change = 0; change < max_changes; ++change) {
     std::vector<PlacePair> next = unchanged_;
@@ -126,7 +127,7 @@ void PlaceStatistics::separate(const std::vector<PlacePair>& all, double max_sta
       const PlacePair* best = nullptr;
       double smallest = max_statistic;
       for (const PlacePair& pair : all) {
-        if (contains(pair)) continue;
+        if (is_unchanged(pair)) continue;
         const double statistic = test(pair).statistic;
         if (!(statistic < smallest)) continue;
         smallest = statistic;

@@ -66,14 +66,14 @@ enum class LampFate {
 /// The enumerator's name, e.g. "not_seen".
 LIBOCC_API const char* to_string(LampFate fate);
 
-/// A property of a lamp that differs from the map.
+/// A quantity of a lamp that differs from the map.
 struct LampChange {
-  std::string property;       ///< "shape", "size", "normal", "power" or "colour"
+  std::string quantity;       ///< "shape", "size", "normal", "power" or "colour"
   std::string before, after;  ///< values as text, with unit
   double statistic = 0;       ///< difference over its standard deviation; shape: 0
 };
 
-/// What the pictures show of one lamp.
+/// Verdict about one lamp, with its evidence.
 struct LampUpdate {
   LampFate fate = LampFate::not_seen;  ///< verdict
   Lamp lamp;                           ///< after the update; gone: as in the map
@@ -99,7 +99,7 @@ struct MapWay {
   int lamps = 0;                     ///< lamps of the constellation
   int missing = 0;                   ///< lamps of the map that pictures should show and do not
   double log10_false_alarms = 0;     ///< log10 of the expected number of accidental ones as good
-  std::optional<double> prior_chi2;  ///< of the first picture's pose, if it is in the constellation
+  std::optional<double> prior_chi2;  ///< prior of the first picture, if it has this pose
   std::vector<int> lamp_ids;         ///< lamps of the map that match
 };
 
@@ -116,7 +116,7 @@ struct MapUpdate {
   std::vector<SurveyOmission> omissions;  ///< pictures and blobs that are not used, with the reason
   std::vector<std::string> warnings;      ///< contradictions and assumptions to check
   double max_statistic = 0;               ///< limit of LampUpdate::statistic
-  double changed_share = 0;  ///< moved, gone or new lamps over all that pictures should show
+  double changed_share = 0;  ///< moved and gone lamps over those of the map that pictures show
 };
 
 /// Compares a map with new pictures. The scene's camera took the pictures; `survey.ordered` is for

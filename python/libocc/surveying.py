@@ -1,9 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Maps of lamps from pictures alone: survey() and the scene of its result.
+"""Maps of lamps from pictures alone: survey() and the scene of its result; update_map() of a map by new pictures.
 
     pictures = [(name, occ.detect(occ.read_image(name))) for name in names]
     found = occ.surveying.survey(pictures, camera, radius_m=0.08)
     scene = occ.surveying.scene_of(found, camera)
+
+    update = occ.surveying.update_map(pictures, scene)
+    scene = occ.surveying.updated_scene(update, scene)
 """
 
 from collections.abc import Sequence
@@ -13,6 +16,11 @@ from numpy.typing import NDArray
 
 from ._core import (
     Camera,
+    LampChange,
+    LampFate,
+    LampUpdate,
+    MapUpdate,
+    MapWay,
     Precision,
     Scene,
     Sensor,
@@ -23,11 +31,13 @@ from ._core import (
     Target,
     precision,
     survey,
+    update_map,
 )
 
 __all__ = [
-    "Survey", "SurveyOmission", "SurveyScale", "SurveyedLamp", "assumptions_of", "joint_covariance_m2",
-    "known_precision", "scene_of", "shared_errors", "survey",
+    "LampChange", "LampFate", "LampUpdate", "MapUpdate", "MapWay", "Survey", "SurveyOmission", "SurveyScale",
+    "SurveyedLamp", "assumptions_of", "joint_covariance_m2", "known_precision", "scene_of", "shared_errors", "survey",
+    "update_map", "updated_scene",
 ]
 
 MIN_SHARED_RATIO = 2.0  # of variances
@@ -108,3 +118,20 @@ def assumptions_of(found: Survey) -> list[str]:
         scale, "the z axis is the mean normal of the lamps, which need not be vertical",
         "the powers of the lamps are relative: their mean is 1 W",
     ]
+
+
+def updated_scene(update: MapUpdate, scene: Scene) -> Scene:
+    """Scene of an update that is ok: without the lamps that are gone, with new ones, and with the errors of all places.
+
+    scene: the map that was updated; everything beside the lamps is kept. Raises: ValueError if the update is not ok.
+    """
+    if not update.ok:
+        raise ValueError(f"update must have the status ok, got {update.status.name}: {update.message}")
+    lamps = [one.lamp for one in update.lamps if one.fate != LampFate.gone]
+    count = len(lamps)
+    joint_m2 = np.asarray(update.covariance_m2).reshape(count, 3, count, 3).transpose(0, 2, 1, 3)
+    sigmas_m, errors_m = shared_errors(joint_m2)
+    return scene.replace(lamps=[
+        lamp.replace(position_sigma_m=sigmas_m[i], shared_errors_m=list(errors_m[:, i]))
+        for i, lamp in enumerate(lamps)
+    ])

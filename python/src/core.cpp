@@ -97,4 +97,5 @@ PYBIND11_MODULE(_core, m) {
   occ::python::define_targets(m);
   occ::python::define_start_network(m);
   occ::python::define_survey(m);
+  occ::python::define_map_update(m);
 }

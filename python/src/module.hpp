@@ -59,6 +59,7 @@ void define_test_field(py::module_& m);
 void define_marker_boards(py::module_& m);
 void define_targets(py::module_& m);
 void define_start_network(py::module_& m);
+void define_map_update(py::module_& m);
 void define_survey(py::module_& m);
 
 /// Runs `read(path)` without the GIL. Translates its std::runtime_error, with the same message, to

@@ -79,6 +79,20 @@ TEST(UpdateMap, ReportsAFarMoveAsGoneAndNew) {
   EXPECT_EQ(count_of(*found, LampFate::added), 1);
 }
 
+TEST(UpdateMap, DoesNotKeepAnIdBeyondTheLimit) {
+  Random random(3);
+  Scene now = ten_lamps();
+  const Scene map = map_of(now, 0.003, random);
+  now.lamps[4].centre_m += Vector3d(0.05, 0, 0);
+  UpdateOptions options = exact_options();
+  options.max_move_m = 0.01;
+  const auto found = update_of(map, now, 20, 5, options);
+  ASSERT_TRUE(found.ok()) << found.message;
+  EXPECT_EQ(found->lamps[4].fate, LampFate::gone);
+  EXPECT_NE(found->lamps[4].reason.find("overlaps its place"), std::string::npos);
+  EXPECT_EQ(count_of(*found, LampFate::added), 1);
+}
+
 TEST(UpdateMap, KeepsTheIdOfAFarMoveByItsCode) {
   Random random(3);
   Scene now = ten_lamps();
@@ -158,10 +172,10 @@ TEST(UpdateMap, ReportsASwappedLampAsChanged) {
   ASSERT_TRUE(found.ok()) << found.message;
   EXPECT_EQ(found->lamps[2].fate, LampFate::changed) << found->lamps[2].reason;
   ASSERT_FALSE(found->lamps[2].changes.empty());
-  EXPECT_EQ(found->lamps[2].changes[0].property, "size");
+  EXPECT_EQ(found->lamps[2].changes[0].quantity, "size");
   EXPECT_NEAR(found->lamps[2].lamp.radius_m, 0.12, 0.003);
   EXPECT_EQ(found->lamps[7].fate, LampFate::changed) << found->lamps[7].reason;
-  EXPECT_EQ(found->lamps[7].changes[0].property, "power");
+  EXPECT_EQ(found->lamps[7].changes[0].quantity, "power");
 }
 
 TEST(UpdateMap, RefinesWithTheSharedErrorsOfTheMap) {

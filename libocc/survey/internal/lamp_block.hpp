@@ -24,7 +24,7 @@ struct BlockLamp {
   bool has_shape = false;   ///< false: a point without a normal of its own
   RelativeLight light;      ///< in a unit that all blocks share
   std::optional<int> code;  ///< id that its blobs transmit; nothing if they contradict each other
-  double frequency_hz = 0;  ///< of blinking; 0: not read
+  double frequency_hz = 0;  ///< blink frequency; 0: not read
   double frequency_sigma_hz = 0;
   std::vector<int> pictures;  ///< indices of the pictures with an observation
 };

@@ -66,7 +66,7 @@ class LampChanges {
   void add_evidence(LampUpdate& update, int lamp) const;
   bool is_gone(const PlaceEvidence& evidence) const;
   std::optional<int> far_move(int lamp, const std::vector<int>& gone, std::string& reason) const;
-  LampUpdate verdict(int lamp);
+  bool is_unchanged(int lamp) const;  // in all constellations that show it
   LampUpdate measured_verdict(int lamp, int place);
   LampUpdate unmeasured_verdict(int lamp) const;
   LampUpdate moved_lamp(int lamp, int place, const std::string& reason) const;

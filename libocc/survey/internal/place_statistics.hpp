@@ -77,7 +77,7 @@ class PlaceStatistics {
 
   /// Sets the lamps that did not move. Returns false if C is not positive definite.
   bool set_unchanged(std::vector<PlacePair> pairs);
-  const std::vector<PlacePair>& unchanged() const { return unchanged_; }
+  bool is_unchanged(const PlacePair& pair) const;
 
   /// Test of a pair that is among the unchanged ones or not.
   PlaceTest test(const PlacePair& pair) const;

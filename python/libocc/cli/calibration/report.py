@@ -140,6 +140,15 @@ def text_of(value: float | None) -> str:
     return "unlimited" if value is None else number(value, 3)
 
 
+def page(title: str, parts: Sequence[str]) -> bytes:
+    """Self-contained HTML file with the style of all reports."""
+    text = (
+        f'<!doctype html><html lang="en"><meta charset="utf-8"><title>{escape(title)}</title><style>{STYLE}</style>'
+        f"<body>{''.join(parts)}</body></html>"
+    )
+    return text.encode()
+
+
 def html(c: Calibration, title: str, extra: Sequence[str] = (), uncertainties: Sequence[Figure | None] = ()) -> bytes:
     """Complete report. extra: more sections, as HTML; uncertainties: a figure for each camera, or None."""
     a = c.adjustment
@@ -176,8 +185,4 @@ def html(c: Calibration, title: str, extra: Sequence[str] = (), uncertainties: S
     if c.network.point_names and c.known.ok:
         columns = ("point", "x [m]", "y [m]", "z [m]", "sigma x [mm]", "sigma y [mm]", "sigma z [mm]")
         parts.append(table(columns, point_rows(c)))
-    text = (
-        f'<!doctype html><html lang="en"><meta charset="utf-8"><title>{escape(title)}</title><style>{STYLE}</style>'
-        f"<body>{''.join(parts)}</body></html>"
-    )
-    return text.encode()
+    return page(title, parts)

@@ -12,6 +12,7 @@ import libocc as occ
 from ... import samples
 from .. import Failure, error_context, json_option, print_json
 from ..detect_options import Threshold, threshold_option
+from ..prior_options import given, prior_options
 from .calibrate_options import out_option
 
 
@@ -48,8 +49,14 @@ def lamp_number(name: str) -> int:
 
 @click.command(short_help="Make a map of a room's lamps from pictures alone.")
 @click.argument("sources", nargs=-1, required=True, metavar="IMAGE...|FOLDER|VIDEO")
-@click.option("--camera", "camera_path", required=True, metavar="FILE.yaml",
-              help="Camera file, or a scene whose camera and sensor are used.")
+@click.option("--camera", "camera_path", metavar="FILE.yaml",
+              help="Camera file, or a scene whose camera and sensor are used; default with --update: that of the map.")
+@click.option("--update", "map_path", metavar="SCENE",
+              help="Compare this map with the pictures: lamps that moved, are gone or new.")
+@click.option("--map-sigma", "map_sigma_m", type=click.FloatRange(0, min_open=True), metavar="M",
+              help="--update: error of the places of lamps whose errors the map does not state, sigma; default: 0.005.")
+@click.option("--max-move", "max_move_m", type=click.FloatRange(0), metavar="M",
+              help="--update: maximum displacement of a lamp that keeps its id; default: 0.3.")
 @click.option("--distance", type=(str, str, float, float), multiple=True, metavar="FROM TO M SIGMA",
               help="Measured distance of two lamps, such as \"lamp 0\" \"lamp 4\" 2.641 0.002.")
 @click.option("--radius", "radius_m", type=click.FloatRange(0, min_open=True), metavar="M",
@@ -70,12 +77,14 @@ def lamp_number(name: str) -> int:
               help="Time between the exposures of two rows of a video; default: that of the scene's sensor.")
 @click.option("--max-pictures", type=click.IntRange(2), default=60, show_default=True,
               help="Frames of a video that are used.")
+@prior_options
 @threshold_option
 @out_option
 @json_option
 @click.pass_context
 def command(
-    ctx: click.Context, sources: tuple[str, ...], camera_path: str,
+    ctx: click.Context, sources: tuple[str, ...], camera_path: str | None, map_path: str | None,
+    map_sigma_m: float | None, max_move_m: float | None, prior: occ.Prior,
     distance: tuple[tuple[str, str, float, float], ...], radius_m: float | None, radius_sigma: float,
     tag_size_m: float | None, family: str, odometry: str | None, odometry_sigma: float, ordered: bool,
     fps: float | None, row_time_s: float | None, max_pictures: int, threshold_dn: Threshold, out: str, as_json: bool,
@@ -98,10 +107,30 @@ def command(
     at least two pictures show, --radius, or --odometry of a recording. Lamps have the same ids in each
     run with the same pictures; a first run without scale shows them in plan.png.
 
+    --update MAP compares a map with the pictures and reports each lamp as unchanged, changed, moved, gone,
+    not seen or new. The frame and the scale are those of the map; scene.yaml is the updated map. The
+    --prior options, of the first picture, decide between several ways to link them to a regular map.
+
     The folder has scene.yaml (for `libocc locate`), plan.png, report.html, result.json and trajectory.tum
     (poses of the pictures). Exit code 0: surveyed; 1: not determined (result.json has the reason); 2: bad
     input.
     """
+    if map_path is not None:
+        scaled = {"--distance": distance, "--radius": radius_m, "--tag-size": tag_size_m, "--odometry": odometry}
+        for name, value in scaled.items():
+            if value:
+                raise Failure(f"{name}: is not used with --update: the scale is that of the map")
+        options: dict[str, Any] = {"map_sigma_m": map_sigma_m, "max_move_m": max_move_m}
+        run_update(
+            ctx, sources, camera_path, map_path, given(prior), {k: v for k, v in options.items() if v is not None},
+            ordered, max_pictures, fps, row_time_s, threshold_dn, out, as_json,
+        )
+        return
+    if camera_path is None:
+        raise Failure("--camera: is missing: a camera file, or a scene whose camera is used")
+    for name, is_given in (("--map-sigma", map_sigma_m), ("--max-move", max_move_m), ("--prior-...", given(prior))):
+        if is_given is not None:
+            raise Failure(f"{name}: is used with --update only")
     if bool(distance) + sum(value is not None for value in (radius_m, tag_size_m, odometry)) > 1:
         raise Failure("--distance, --radius, --tag-size and --odometry: give one of them")
     distances = [(lamp_number(a), lamp_number(b), length_m, sigma_m) for a, b, length_m, sigma_m in distance]
@@ -111,7 +140,7 @@ def command(
     detector = Detector(camera, sensor, threshold_dn, family if tag_size_m is not None else None)
     pictures = read_pictures(sources, detector, ordered, max_pictures, fps)
     places = [] if odometry is None else places_of(odometry, pictures.times_s)
-    options: dict[str, Any] = {
+    options = {
         "odometry_sigma": odometry_sigma,
         "ordered": pictures.ordered, "radius_m": radius_m, "radius_sigma": radius_sigma, "tag_size_m": tag_size_m,
         "row_time_s": row_time_s if row_time_s is not None else 0.0 if sensor is None else sensor.row_time_s,
@@ -142,4 +171,50 @@ def command(
         for line in [*(f"not used: {o['picture']}: {o['reason']}" for o in data["omissions"] if o["blob"] is None)]:
             click.echo(line, err=True)
         click.echo(f"{data['status']}: {data['message']}", err=True)
+        ctx.exit(1)
+
+
+def run_update(
+    ctx: click.Context, sources: tuple[str, ...], camera_path: str | None, map_path: str, prior: occ.Prior | None,
+    options: dict[str, Any], ordered: bool, max_pictures: int, fps: float | None, row_time_s: float | None,
+    threshold_dn: Threshold, out: str, as_json: bool,
+) -> None:
+    """Compares a map with the pictures, and writes the folder."""
+    with error_context(map_path):
+        scene = samples.load_scene(map_path)
+    if camera_path is not None:
+        camera, sensor = camera_of(camera_path)
+        scene = scene.replace(camera=camera, sensor=scene.sensor if sensor is None else sensor)
+    from ..result_folder import ResultFolder
+    from ..survey.sources import Detector, read_pictures
+    from ..survey.status import survey_status
+    from ..survey.update import failure_lines, text_lines, write_update
+
+    pictures = read_pictures(
+        sources, Detector(scene.camera, scene.sensor, threshold_dn, None), ordered, max_pictures, fps
+    )
+    options = {
+        **options, "ordered": pictures.ordered,
+        "row_time_s": scene.sensor.row_time_s if row_time_s is None else row_time_s,
+    }
+    with survey_status() as show, error_context(map_path):
+        found = occ.surveying.update_map(
+            pictures.blobs, scene, prior, times_s=pictures.times_s, progress=show, **options
+        )
+    with error_context(out):
+        folder = ResultFolder(out, {
+            "kind": "map update", "pictures": list(sources), "map": map_path, "camera": camera_path,
+            "prior": None if prior is None else repr(prior), **options,
+        })
+        names = [name for name, _ in pictures.blobs]
+        data = write_update(folder, found, scene, names, pictures.ordered, pictures.notes)
+    if as_json:
+        print_json(data)
+    elif found.ok:
+        for line in text_lines(found, data):
+            click.echo(line)
+        click.echo(f"{out}/scene.yaml, {out}/plan.png, {out}/report.html")
+    if not found.ok:
+        for line in failure_lines(found, data):
+            click.echo(line, err=True)
         ctx.exit(1)
