@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <sstream>
 #include <utility>
 
 #include "libocc/core/internal/dense.hpp"
@@ -42,7 +43,8 @@ LampBlock::LampBlock(const Survey& found, const std::vector<SurveyPicture>& pict
       threads_(threads),
       network_(found.adjustment.network),
       variance_factor_(variance_factor_of(found.adjustment)),
-      lamp_of_blob_(found.lamp_of_blob) {
+      lamp_of_blob_(found.lamp_of_blob),
+      warnings_(found.warnings) {
   picture_of_image_.assign(network_.images.size(), -1);
   for (std::size_t i = 0; i < found.image_of_picture.size(); ++i)
     if (found.image_of_picture[i] >= 0)
@@ -50,6 +52,7 @@ LampBlock::LampBlock(const Survey& found, const std::vector<SurveyPicture>& pict
   for (const SurveyedLamp& surveyed : found.lamps) {
     point_of_lamp_.push_back(static_cast<int>(lamps_.size()));
     BlockLamp lamp;
+    lamp.number = surveyed.lamp.id;
     lamp.lamp = surveyed.lamp;
     lamp.has_shape = surveyed.has_shape;
     lamps_.push_back(lamp);
@@ -58,6 +61,39 @@ LampBlock::LampBlock(const Survey& found, const std::vector<SurveyPicture>& pict
   if (add_missed_lamps()) adjust_again();
   update_lamps();
   remove_undetermined();
+  check_camera();
+}
+
+std::vector<RejectedBlob> LampBlock::rejected() const {
+  std::vector<RejectedBlob> found;
+  for (const ImageObservation& observation : network_.observations) {
+    const auto lamp =
+        std::find(point_of_lamp_.begin(), point_of_lamp_.end(), observation.target.point);
+    if (observation.used || lamp == point_of_lamp_.end()) continue;
+    const int index = static_cast<int>(lamp - point_of_lamp_.begin());
+    const int picture = picture_of_image_[observation.image];
+    const std::vector<int>& lamps = lamp_of_blob_[picture];
+    const auto blob = std::find(lamps.begin(), lamps.end(), index);
+    if (blob != lamps.end())
+      found.push_back({picture, static_cast<int>(blob - lamps.begin()), index});
+  }
+  return found;
+}
+
+/// A calibration that is not that of the pictures bends the constellation, or scatters the lamps.
+void LampBlock::check_camera() {
+  constexpr double max_model_sigma_px = 0.04;  // twice that of rendered and real pictures
+  constexpr double max_rejected_share = 0.1;   // single blobs are disturbed, such as by reflections
+  const double rejected_share =
+      static_cast<double>(rejected().size()) / static_cast<double>(network_.observations.size());
+  if (model_sigma_px_ <= max_model_sigma_px && rejected_share <= max_rejected_share) return;
+  std::ostringstream text;
+  text.precision(2);
+  text << "the pictures contradict each other: their lamps differ by " << model_sigma_px_
+       << " px beyond the noise, and " << 100 * rejected_share
+       << " % of them are rejected; check that the camera's calibration is that of the pictures, "
+          "because its errors displace lamps";
+  warnings_.push_back(text.str());
 }
 
 std::optional<Rigid3> LampBlock::pose(int picture) const {

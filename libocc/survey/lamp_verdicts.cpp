@@ -29,7 +29,7 @@ std::string text_of(const Vector3d& value) {
   return text.str();
 }
 
-const char* name_of(LampShape shape) {
+const char* shape_name(LampShape shape) {
   switch (shape) {
     case LampShape::disc:
       return "disc";
@@ -60,7 +60,7 @@ std::string LampChanges::names(const std::vector<int>& pictures) const {
 void LampChanges::compare_looks(LampUpdate& update, const Lamp& old, const BlockLamp& seen) const {
   const bool has_form = old.shape == LampShape::disc || old.shape == LampShape::rectangle;
   if (seen.has_shape && has_form && seen.lamp.shape != old.shape)
-    update.changes.push_back({"shape", name_of(old.shape), name_of(seen.lamp.shape), 0});
+    update.changes.push_back({"shape", shape_name(old.shape), shape_name(seen.lamp.shape), 0});
   const double before = lamp_size(old), after = lamp_size(seen.lamp);
   if (seen.has_shape && before > 0 && after > 0) {
     // Rims of one lamp in two cameras, whose responses differ; the common part is size_factor_.
@@ -300,6 +300,16 @@ LampUpdate LampChanges::new_lamp(int place, int id) const {
   return update;
 }
 
+std::string LampChanges::name_of(int block, int lamp) const {
+  for (std::size_t p = 0; p < places_.size(); ++p) {
+    if (places_[p].block != block || places_[p].lamp != lamp) continue;
+    if (lamp_of_[p] >= 0) return "lamp " + std::to_string(map_.lamps[lamp_of_[p]].id);
+    if (new_ids_[p] >= 0) return "lamp " + std::to_string(new_ids_[p]);
+    break;
+  }
+  return "a lamp";
+}
+
 void LampChanges::write(MapUpdate& result) {
   std::vector<int> gone;
   std::vector<bool> is_replaced(map_.lamps.size(), false);
@@ -359,12 +369,14 @@ void LampChanges::write(MapUpdate& result) {
     changed += update.fate == LampFate::moved || update.fate == LampFate::gone;
     result.lamps.push_back(std::move(update));
   }
+  new_ids_.assign(places_.size(), -1);
   int id = 0;
   for (const Lamp& lamp : map_.lamps) id = std::max(id, lamp.id);
   for (int p = 0; p < static_cast<int>(places_.size()); ++p) {
     if (lamp_of_[p] != -1) continue;
     add_item(PlaceItem::Kind::placed, p);
     result.lamps.push_back(new_lamp(p, ++id));
+    new_ids_[p] = id;
   }
   const PlaceEstimate estimate = statistics_->estimate(items);
   for (std::size_t i = 0; i < items.size(); ++i) {

@@ -267,7 +267,9 @@ class LinkSearch {
     const double m = static_cast<double>(map_.size());
     const bool is_line = !(extent_[0] * extent_[1] > 0);
     const double p = is_line ? 1 : std::min(1.0, m * covered / way.matches);
-    way.log10_false_alarms = std::log10(std::max(1.0, tests_)) +
+    // Each way with k matches is found from any of its pairs.
+    const double pairs = 0.5 * way.matches * (way.matches - 1);
+    way.log10_false_alarms = std::log10(std::max(1.0, tests_)) - std::log10(pairs) +
                              log10_tail(static_cast<int>(lamps_.size()) - 2, way.matches - 2, p);
     return way;
   }

@@ -216,8 +216,6 @@ class UpdateRun {
       reasons_[picture].clear();
       result_.value.cam_from_world[picture] = block.pose(picture);
     }
-    const auto& warnings = block.warnings();
-    result_.value.warnings.insert(result_.value.warnings.end(), warnings.begin(), warnings.end());
     linked_.push_back({std::move(block), way.lamp_of});
   }
 
@@ -227,7 +225,46 @@ class UpdateRun {
   }
 
   void finish() {
-    internal::survey::LampChanges(map_, linked_, pictures_, options_).write(result_.value);
+    internal::survey::LampChanges changes(map_, linked_, pictures_, options_);
+    changes.write(result_.value);
+    for (std::size_t b = 0; b < linked_.size(); ++b) {
+      const LampBlock& block = linked_[b].block;
+      const int number = static_cast<int>(b);
+      for (const std::string& warning : block.warnings())
+        result_.value.warnings.push_back(with_names(warning, number, changes));
+      for (const auto& [picture, blob, lamp] : block.rejected())
+        result_.value.omissions.push_back(
+            {pictures_[picture].name, blob,
+             changes.name_of(number, lamp) + " contradicts the other pictures"});
+    }
+  }
+
+  /// Replaces the lamps' numbers in a constellation by their ids.
+  std::string with_names(const std::string& text, int number,
+                         const internal::survey::LampChanges& changes) const {
+    const std::string word = "lamp ";
+    const std::vector<BlockLamp>& lamps = linked_[number].block.lamps();
+    std::string result;
+    std::size_t at = 0;
+    while (true) {
+      const std::size_t found = text.find(word, at);
+      const std::size_t digits = found == std::string::npos ? found : found + word.size();
+      if (found == std::string::npos) return result + text.substr(at);
+      std::size_t end = digits;
+      while (end < text.size() && text[end] >= '0' && text[end] <= '9') ++end;
+      result += text.substr(at, found - at);
+      if (end == digits) {
+        result += word;
+      } else {
+        const int id = std::stoi(text.substr(digits, end - digits));
+        const auto lamp = std::find_if(lamps.begin(), lamps.end(),
+                                       [&](const BlockLamp& one) { return one.number == id; });
+        result += lamp == lamps.end()
+                      ? "a lamp"
+                      : changes.name_of(number, static_cast<int>(lamp - lamps.begin()));
+      }
+      at = end;
+    }
   }
 
   void write_omissions() {

@@ -142,6 +142,55 @@ void campaign(int seeds) {
   }
 }
 
+/// Regular maps of which a share of the lamps is dark today: no link may be wrong.
+void grid_campaign(int seeds) {
+  for (const bool has_prior : {false, true}) {
+    int ok = 0, ambiguous = 0, wrong = 0;
+    for (int seed = 1; seed <= seeds; ++seed) {
+      Random random(static_cast<std::uint64_t>(seed), 92);
+      std::vector<Vector3d> at;
+      const double gaps = seed % 3 == 0 ? 0.2 : 0;  // a third of the maps has gaps
+      for (int i = 0; i < 5; ++i)
+        for (int j = 0; j < 4; ++j)
+          if (random.uniform() >= gaps)
+            at.push_back({1.2 * i + 0.003 * random.normal(), j + 0.003 * random.normal(), 2.7});
+      Scene now = room_of(at);
+      const Scene map = map_of(now, 0.003, random);
+      const auto is_dark = [&](const Lamp&) { return random.uniform() < 0.1 * (seed % 3); };
+      now.lamps.erase(std::remove_if(now.lamps.begin(), now.lamps.end(), is_dark), now.lamps.end());
+      std::vector<Rigid3> poses;
+      const auto made = video(now, 30, static_cast<std::uint64_t>(seed), poses);
+      UpdateOptions options = exact_options();
+      options.survey.ordered = true;
+      if (has_prior) {
+        options.prior.emplace();
+        options.prior->position_m = poses[0].origin_in_source();
+        options.prior->position_sigma_m = 0.1;
+        options.prior->heading_rad = heading_rad(poses[0]);
+      }
+      const auto found = update_map(pictures_of(made), map, options);
+      ok += found.ok();
+      ambiguous += found.status == Status::ambiguous;
+      for (std::size_t i = 0; i < poses.size(); ++i) {
+        const auto& pose = found->cam_from_world[i];
+        if (!pose) continue;
+        const double error_m = (pose->origin_in_source() - poses[i].origin_in_source()).norm();
+        wrong += error_m > 0.05;
+        if (error_m > 0.05) break;
+      }
+    }
+    std::cout << "grids" << (has_prior ? " with a prior" : "") << ": " << seeds << ", ok " << ok
+              << ", ambiguous " << ambiguous << ", wrong " << wrong << std::endl;
+    EXPECT_EQ(wrong, 0);
+    EXPECT_GE(ok, has_prior ? 0.8 * seeds : 0);
+    EXPECT_GE(ok + ambiguous, 0.8 * seeds);
+  }
+}
+
+TEST(UpdateRooms, AreNotLinkedWronglyToGrids) { grid_campaign(3); }
+
+TEST(SlowUpdateRooms, AreNotLinkedWronglyToGrids) { grid_campaign(60); }
+
 TEST(UpdateRooms, FindChangesOnly) { campaign(4); }
 
 TEST(SlowUpdateRooms, FindChangesOnly) { campaign(60); }

@@ -6,6 +6,8 @@
 
 #include <cmath>
 
+#include "libocc/detect/detect.hpp"
+#include "tests/support/rendered_rooms.hpp"
 #include "tests/survey/update_support.hpp"
 
 namespace occ::test {
@@ -282,6 +284,32 @@ TEST(UpdateMap, LinksPicturesOfBothEndsOfAHall) {
   ASSERT_TRUE(found.ok()) << found.message;
   EXPECT_EQ(count_of(*found, LampFate::unchanged), 19);
   EXPECT_EQ(found->lamps[14].fate, LampFate::gone) << found->lamps[14].reason;
+}
+
+// Pictures by a path tracer; the map has one lamp 30 mm off its place.
+TEST(UpdateMap, FindsTheMovedLampOfARoomRenderedByAnotherProgram) {
+  std::vector<SurveyPicture> pictures;
+  Scene now;
+  for (const auto& file : rendered_rooms("irregular6")) {
+    const RenderedRoom room = read_rendered_room(file);
+    now = room.scene;
+    DetectOptions options;
+    options.sensor = now.sensor;
+    pictures.push_back({room.name, detect(room.image.view(), options)});
+  }
+  if (pictures.empty()) GTEST_SKIP() << "no rendered rooms";
+  Random random(3);
+  Scene map = map_of(now, 0.001, random);
+  map.lamps[2].centre_m.x() += 0.03;
+  const auto found = update_map(pictures, map);
+  ASSERT_TRUE(found.ok()) << found.message;
+  ASSERT_EQ(found->lamps.size(), 6u);
+  for (int i = 0; i < 6; ++i) {
+    const LampUpdate& lamp = found->lamps[i];
+    EXPECT_EQ(lamp.fate, i == 2 ? LampFate::moved : LampFate::unchanged) << lamp.reason;
+    const Vector3d error = lamp.lamp.centre_m - now.lamps[i].centre_m;
+    EXPECT_LT(error.dot(lamp.covariance_m2.inverse() * error), 21) << i;
+  }
 }
 
 TEST(UpdateMap, NamesInvalidOptions) {

@@ -18,8 +18,14 @@
 
 namespace occ::internal::survey {
 
+/// A blob whose observation the adjustment rejected.
+struct RejectedBlob {
+  int picture = 0, blob = 0, lamp = 0;  ///< indices; lamp: of the block
+};
+
 /// A lamp of a block.
 struct BlockLamp {
+  int number = -1;          ///< id in the survey; -1: it was not in the survey
   Lamp lamp;                ///< centre, shape, size and normal
   bool has_shape = false;   ///< false: a point without a normal of its own
   RelativeLight light;      ///< in a unit that all blocks share
@@ -42,7 +48,8 @@ class LampBlock {
   const std::vector<int>& pictures() const { return picture_of_image_; }
   /// Lamp of each blob of a picture; -1: none.
   const std::vector<int>& lamp_of_blob(int picture) const { return lamp_of_blob_[picture]; }
-  std::vector<std::string>& warnings() { return warnings_; }
+  const std::vector<std::string>& warnings() const { return warnings_; }
+  std::vector<RejectedBlob> rejected() const;
 
   /// Moves poses and lamps.
   void transform(const Similarity& similarity);
@@ -70,6 +77,7 @@ class LampBlock {
   void remove_undetermined();
   void read_codes(BlockLamp& lamp, const std::vector<BlobInPicture>& blobs);
   double model_sigma_px() const;
+  void check_camera();
 
   const std::vector<SurveyPicture>& pictures_;
   const Camera& camera_;

@@ -48,6 +48,8 @@ class LampChanges {
               const std::vector<SurveyPicture>& pictures, const UpdateOptions& options);
 
   void write(MapUpdate& result);
+  /// Name of a lamp of a block, after write(): "lamp 7" with the id after the update.
+  std::string name_of(int block, int lamp) const;
 
  private:
   struct Place {
@@ -87,6 +89,7 @@ class LampChanges {
   std::vector<bool> is_coded_;  // of places
   std::vector<int> place_of_;   // of the lamps of the map; -1: not measured
   std::vector<int> lamp_of_;    // of the places; -1: not in the map; or no_lamp
+  std::vector<int> new_ids_;    // of the places; -1: not a new lamp
   std::vector<PlaceEvidence> evidence_;
   std::optional<PlaceStatistics> statistics_;
   double size_factor_ = 1, power_factor_ = 0;

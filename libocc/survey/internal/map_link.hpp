@@ -9,10 +9,11 @@
 // 1991). The expected number of accidental similarities with k or more of n lamps in the gates is
 // at most
 //
-//     NFA = N sum over j >= k - 2 of C(n - 2, j) p^j (1 - p)^(n - 2 - j),
+//     NFA = N / C(k, 2) sum over j >= k - 2 of C(n - 2, j) p^j (1 - p)^(n - 2 - j),
 //
-// with N the number of hypotheses, and p the part of the map's volume that its gates cover. The
-// height of the volume is that of a gate if all lamps are on one ceiling.
+// with N the number of hypotheses, of which C(k, 2) lead to one similarity, and p the part of the
+// map's volume that its gates cover. The height of the volume is that of a gate if all lamps are on
+// one ceiling.
 #pragma once
 
 #include <Eigen/Core>
@@ -41,7 +42,7 @@ struct LinkWay {
 
 /// Similarities with at least three matches, those with most matches first. Two ways differ in the
 /// lamp of the map of at least half of the matches of the worse one.
-std::vector<LinkWay> link_ways(const std::vector<LinkLamp>& lamps,
-                               const std::vector<LinkLamp>& map);
+LIBOCC_API std::vector<LinkWay> link_ways(const std::vector<LinkLamp>& lamps,
+                                          const std::vector<LinkLamp>& map);
 
 }  // namespace occ::internal::survey

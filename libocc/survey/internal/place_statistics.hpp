@@ -31,13 +31,14 @@ namespace occ::internal::survey {
 /// Adds the variances of a free similarity to a joint covariance (3n x 3n) of places: a tenth of
 /// their extent in each direction, and as much at their border by rotation and by scale. Errors of
 /// the first alignment are millimetres, which the information of 1 / (variance) does not pull.
-void add_free_similarity(const Eigen::Matrix3Xd& places, Eigen::Ref<Eigen::MatrixXd> covariance);
+LIBOCC_API void add_free_similarity(const Eigen::Matrix3Xd& places,
+                                    Eigen::Ref<Eigen::MatrixXd> covariance);
 
 /// Part of a joint covariance that no similarity of the places explains: (I - P) S (I - P) with the
 /// projection P on the seven directions. Errors such as the height of a ceiling do not change the
 /// constellation of the lamps.
-Eigen::MatrixXd without_similarity(const Eigen::Matrix3Xd& places,
-                                   const Eigen::MatrixXd& covariance);
+LIBOCC_API Eigen::MatrixXd without_similarity(const Eigen::Matrix3Xd& places,
+                                              const Eigen::MatrixXd& covariance);
 
 /// A lamp of the map and its measured place.
 struct PlacePair {
@@ -70,7 +71,7 @@ struct PlaceEstimate {
 };
 
 /// Map and measured places, both in the frame of the map to first order.
-class PlaceStatistics {
+class LIBOCC_API PlaceStatistics {
  public:
   PlaceStatistics(Eigen::Matrix3Xd map, Eigen::MatrixXd map_covariance, Eigen::Matrix3Xd places,
                   Eigen::MatrixXd places_covariance);
