@@ -311,6 +311,14 @@ void LampBlock::update_lamps() {
       lamp.has_shape = found.is_fitted;
       if (found.is_fitted) lamp.lamp = found.lamp;
     }
+    lamp.spread_rad = 0;
+    for (const BlobInPicture& a : blobs)
+      for (const BlobInPicture& b : blobs) {
+        const Vector3d to_a = a.cam_from_world.origin_in_source() - lamp.lamp.centre_m;
+        const Vector3d to_b = b.cam_from_world.origin_in_source() - lamp.lamp.centre_m;
+        lamp.spread_rad =
+            std::max(lamp.spread_rad, std::atan2(to_a.cross(to_b).norm(), to_a.dot(to_b)));
+      }
     lamp.light = lamp_light(lamp.lamp, blobs);
     read_codes(lamp, blobs);
   }

@@ -43,6 +43,12 @@ const char* shape_name(LampShape shape) {
   return "point";
 }
 
+// The two normals of a disc in one view change with the view, the right one does not. Views that
+// are nearer than this do not separate them beyond the errors of the rims.
+constexpr double min_spread_rad = 0.3;
+
+constexpr double assumed_tilt_rad = 0.2;  // of a lamp that is assumed to face as the others
+
 std::string mm(double length_m) { return text_of(1e3 * length_m, " mm", 3); }
 
 }  // namespace
@@ -76,7 +82,7 @@ void LampChanges::compare_looks(LampUpdate& update, const Lamp& old, const Block
     const double tilt_sigma =
         std::sqrt(square(old.tilt_sigma_rad.value_or(0)) +
                   square(seen.lamp.tilt_sigma_rad.value_or(0)) + square(model_tilt_rad));
-    if (tilt > max_normal_ * tilt_sigma)
+    if (tilt > max_normal_ * tilt_sigma && seen.spread_rad > min_spread_rad)
       update.changes.push_back(
           {"normal", text_of(old.normal), text_of(seen.lamp.normal), tilt / tilt_sigma});
   }
@@ -279,10 +285,17 @@ LampUpdate LampChanges::new_lamp(int place, int id) const {
   update.lamp.id = id;
   update.lamp.radius_m /= size_factor_;
   update.lamp.size_m /= size_factor_;
-  if (!seen.has_shape) {  // a point with the normal of the lamps around it
-    Vector3d sum = Vector3d::Zero();
-    for (const Lamp& lamp : map_.lamps) sum += lamp.normal;
-    update.lamp.normal = sum.norm() > 0 ? Vector3d(sum.normalized()) : Vector3d(-Vector3d::UnitZ());
+  Vector3d sum = Vector3d::Zero();
+  for (const Lamp& lamp : map_.lamps) sum += lamp.normal;
+  const Vector3d common =
+      sum.norm() > 0 ? Vector3d(sum.normalized()) : Vector3d(-Vector3d::UnitZ());
+  const bool has_normal = seen.has_shape && seen.spread_rad > min_spread_rad;
+  if (!has_normal) {
+    update.lamp.normal = common;
+    update.lamp.x_axis =
+        (update.lamp.x_axis - common * common.dot(update.lamp.x_axis)).normalized();
+    if (!update.lamp.x_axis.allFinite()) update.lamp.x_axis = common.unitOrthogonal();
+    update.lamp.tilt_sigma_rad = assumed_tilt_rad;
   }
   constexpr double power_sigma = 0.2;  // the emission between the pictures is not measured
   update.lamp.power_sigma = power_sigma;
@@ -297,6 +310,7 @@ LampUpdate LampChanges::new_lamp(int place, int id) const {
   update.seen = seen.pictures;
   update.reason = "no lamp of the map is at its place; seen in " +
                   std::to_string(seen.pictures.size()) + " pictures";
+  if (!has_normal) update.reason += "; its normal is assumed to be that of the map's lamps";
   return update;
 }
 

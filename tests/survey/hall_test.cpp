@@ -9,41 +9,11 @@
 #include "libocc/network/datum.hpp"
 #include "libocc/network/network_statistics.hpp"
 #include "libocc/network/precision.hpp"
-#include "tests/survey/survey_support.hpp"
+#include "tests/survey/hall_support.hpp"
+#include "tests/survey/update_support.hpp"
 
 namespace occ::test {
 namespace {
-
-/// Hall of 40 x 20 m with a grid of 10 x 6 lamps at 5 m, a tenth of which is dark.
-Scene hall(Random& random) {
-  std::vector<Vector3d> lamps;
-  for (int i = 0; i < 10; ++i)
-    for (int j = 0; j < 6; ++j)
-      if (random.uniform() > 0.1)
-        lamps.push_back({2 + 4.0 * i + 0.01 * random.normal(),
-                         1.7 + 3.3 * j + 0.01 * random.normal(), 5 + 0.005 * random.normal()});
-  Scene scene = room_of(lamps);
-  scene.camera = Camera::pinhole(1280, 960, 450, 450, 639.5, 479.5);
-  for (Lamp& lamp : scene.lamps) lamp.radius_m = 0.15;
-  return scene;
-}
-
-/// Pictures every `step_m` on `loops` rounds of an ellipse, which shrinks from round to round.
-std::vector<MadePicture> drive(const Scene& scene, int loops, double step_m, Random& random) {
-  std::vector<MadePicture> made;
-  const double perimeter = 75;
-  const int count = static_cast<int>(loops * perimeter / step_m);
-  for (int k = 0; k < count; ++k) {
-    const double turn = 2 * pi * loops * k / count;
-    const double shrink = 1 - 0.15 * turn / (2 * pi);
-    const Vector3d at(20 + 15 * shrink * std::cos(turn), 10 + 6 * shrink * std::sin(turn), 0.3);
-    const Vector3d up(-15 * std::sin(turn), 6 * std::cos(turn), 0);
-    const Vector3d target = at + Vector3d(0.02 * random.normal(), 0.02 * random.normal(), 1);
-    made.push_back(
-        make_picture(scene, look_at(at, target, up), "frame " + std::to_string(k), 0.03, random));
-  }
-  return made;
-}
 
 struct HallErrors {
   double rms_m = 0, nees = 0;
@@ -133,6 +103,64 @@ void campaign(int seeds, int loops) {
 TEST(Hall, ClosesTheLoopOfARegularGrid) { campaign(1, 1); }
 
 TEST(SlowHall, NeverClosesALoopWrongly) { campaign(20, 3); }
+
+// A recording of a part of the hall updates the map although the grid repeats: its gaps decide, or
+// a prior. Nothing may be linked to a wrong place.
+void update_hall(std::uint64_t seed, double share) {
+  Random random(seed, 50);
+  Scene now = hall(random);
+  const Scene map = map_of(now, 0.005, random);
+  std::set<int> moved, gone;
+  std::vector<Lamp> lamps;
+  for (Lamp& lamp : now.lamps) {
+    const double draw = random.uniform();
+    if (draw < 0.5 * share) {
+      gone.insert(lamp.id);
+      continue;
+    }
+    if (draw < share) {
+      lamp.centre_m.x() += 0.15;
+      moved.insert(lamp.id);
+    }
+    lamps.push_back(lamp);
+  }
+  now.lamps = lamps;
+  const auto made = drive(now, 1, 0.6, random);
+  UpdateOptions options = exact_options();
+  options.survey.ordered = true;
+  options.prior.emplace();
+  options.prior->position_m = Vector3d(35, 10, 0.3);
+  const auto found = update_map(pictures_of(made), map, options);
+  ASSERT_TRUE(found.ok()) << found.message;
+  int right = 0, wrong = 0, unseen = 0;
+  for (const LampUpdate& lamp : found->lamps) {
+    if (lamp.lamp.id >= 60 || lamp.fate == LampFate::added) {
+      ++wrong;
+      std::cout << "lamp " << lamp.lamp.id << " at " << lamp.lamp.centre_m.transpose() << ": "
+                << lamp.reason << std::endl;
+      continue;
+    }
+    const LampFate expected = moved.count(lamp.lamp.id) > 0  ? LampFate::moved
+                              : gone.count(lamp.lamp.id) > 0 ? LampFate::gone
+                                                             : LampFate::unchanged;
+    right += lamp.fate == expected;
+    unseen += lamp.fate == LampFate::not_seen;
+    if (lamp.fate != expected && lamp.fate != LampFate::not_seen) {
+      ++wrong;
+      std::cout << "lamp " << lamp.lamp.id << " " << to_string(lamp.fate) << ": " << lamp.reason
+                << std::endl;
+    }
+  }
+  std::cout << "seed " << seed << ": moved " << moved.size() << ", gone " << gone.size()
+            << ", right " << right << ", not seen " << unseen << ", wrong " << wrong << std::endl;
+  EXPECT_EQ(wrong, 0);
+  EXPECT_GE(right, 35);
+}
+
+TEST(SlowHall, IsUpdated) {
+  for (std::uint64_t seed = 1; seed <= 6; ++seed)
+    update_hall(seed, 0.1 * static_cast<double>(seed % 4));
+}
 
 }  // namespace
 }  // namespace occ::test

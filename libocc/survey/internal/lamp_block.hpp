@@ -33,6 +33,8 @@ struct BlockLamp {
   double frequency_hz = 0;  ///< blink frequency; 0: not read
   double frequency_sigma_hz = 0;
   std::vector<int> pictures;  ///< indices of the pictures with an observation
+  /// Largest angle between the directions of two views. A single view of a disc has two normals.
+  double spread_rad = 0;
 };
 
 /// Pictures that match each other.
