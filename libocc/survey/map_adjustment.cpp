@@ -132,6 +132,7 @@ void GrowingMap::update_from(const Adjustment& adjustment) {
 }
 
 int GrowingMap::drop_undetermined(const Adjustment& failed) {
+  if (map_.placed.size() < 4) return 0;  // the rest would be no map
   const Network& network = failed.network;
   std::vector<int> used(map_.placed.size(), 0), rays(network.points.size(), 0);
   for (const ImageObservation& observation : network.observations)
@@ -141,7 +142,6 @@ int GrowingMap::drop_undetermined(const Adjustment& failed) {
       ++used[observation.image];
   // Without such a picture, those with the fewest lamps are the least determined.
   const int min_used = std::max(3, 1 + *std::min_element(used.begin(), used.end()));
-  if (map_.placed.size() < 4) return 0;  // the rest would be no map
   std::vector<PlacedPicture> kept;
   for (std::size_t i = 0; i < map_.placed.size(); ++i) {
     const int picture = map_.placed[i].picture;

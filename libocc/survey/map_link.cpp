@@ -45,14 +45,15 @@ class LinkSearch {
         if (other.normal.dot(lamp.normal) > std::cos(0.2)) mean += other.normal;
       normals_.push_back(mean.normalized());
     }
-    const Vector3d down = std::accumulate(
-        map.begin(), map.end(), Vector3d(Vector3d::Zero()),
-        [](const Vector3d& sum, const LinkLamp& lamp) { return Vector3d(sum + lamp.normal); });
-    const Vector3d z = down.norm() > 0 ? Vector3d(down.normalized()) : Vector3d::UnitZ();
-    const Vector3d x = z.unitOrthogonal(), y = z.cross(x);
+    Vector3d middle = Vector3d::Zero();
+    for (const LinkLamp& lamp : map) middle += lamp.position / static_cast<double>(map.size());
+    Matrix3d scatter = Matrix3d::Zero();
+    for (const LinkLamp& lamp : map)
+      scatter += (lamp.position - middle) * (lamp.position - middle).transpose();
+    const Matrix3d axes = core::symmetric_eigen<Matrix3d>(scatter).eigenvectors();
     Eigen::Array3d low = Eigen::Array3d::Constant(infinity), high = -low;
     for (const LinkLamp& lamp : map) {
-      const Eigen::Array3d at(x.dot(lamp.position), y.dot(lamp.position), z.dot(lamp.position));
+      const Eigen::Array3d at = (axes.transpose() * lamp.position).array();
       low = low.min(at);
       high = high.max(at);
     }
@@ -203,11 +204,16 @@ class LinkSearch {
     if (!(sum > 0)) return false;
     from /= sum;
     to /= sum;
-    Matrix3d product = Matrix3d::Zero();
-    for (std::size_t i = 0; i < lamps_.size(); ++i)
-      if (hypothesis.lamp_of[i] >= 0)
-        product += weights[i] * (map_[hypothesis.lamp_of[i]].position - to) *
-                   (lamps_[i].position - from).transpose();
+    Matrix3d product = Matrix3d::Zero(), scatter = Matrix3d::Zero();
+    for (std::size_t i = 0; i < lamps_.size(); ++i) {
+      if (hypothesis.lamp_of[i] < 0) continue;
+      const Vector3d arm = map_[hypothesis.lamp_of[i]].position - to;
+      scatter += arm * arm.transpose();
+      product += weights[i] * arm * (lamps_[i].position - from).transpose();
+    }
+    constexpr double min_width = 0.03;  // over the length; a line does not determine the rotation
+    const Vector3d spread = core::symmetric_eigen<Matrix3d>(scatter).eigenvalues();
+    if (!(spread[1] > square(min_width) * spread[2])) return false;
     Similarity& similarity = hypothesis.similarity;
     similarity.rotation = nearest_rotation(product);
     double along = 0, squares = 0;
@@ -262,11 +268,10 @@ class LinkSearch {
     for (std::size_t i = 0; i < lamps_.size(); ++i) {
       if (way.lamp_of[i] < 0) continue;
       const double g = gate(static_cast<int>(i), way.lamp_of[i], hypothesis.similarity.scale);
-      covered += pi * square(g) / (extent_[0] * extent_[1]) * 2 * g / (2 * g + extent_[2]);
+      covered += (2 * g / (2 * g + extent_)).prod();
     }
     const double m = static_cast<double>(map_.size());
-    const bool is_line = !(extent_[0] * extent_[1] > 0);
-    const double p = is_line ? 1 : std::min(1.0, m * covered / way.matches);
+    const double p = std::min(1.0, m * covered / way.matches);
     // Each way with k matches is found from any of its pairs.
     const double pairs = 0.5 * way.matches * (way.matches - 1);
     way.log10_false_alarms = std::log10(std::max(1.0, tests_)) - std::log10(pairs) +
@@ -288,7 +293,7 @@ class LinkSearch {
   const std::vector<LinkLamp>& map_;
   std::vector<Vector3d> normals_;
   std::vector<double> sigmas_, map_sigmas_;  // along the worst direction
-  Eigen::Array3d extent_;                    // of the map, along its plane and its normal
+  Eigen::Array3d extent_;                    // of the map, along its principal axes
   double tests_ = 0;                         // pairs of lamps that agree in size and elevation
   std::vector<Hypothesis> found_;
 };

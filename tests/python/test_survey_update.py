@@ -155,6 +155,16 @@ def test_pictures_of_another_room_are_refused(libocc, room, old_map, tmp_path):
     assert not (tmp_path / "out" / "scene.yaml").exists()
 
 
+def test_a_recording_updates_its_map_and_no_other(libocc, tmp_path):
+    assert libocc("sequence", "irregular_six", "walk", "--out", "walk", "--fps", 4)[0] == 0
+    code, text, errors = libocc("survey", "walk", "--update", "irregular_six", "--out", tmp_path / "right")
+    assert code == 0 and "6 unchanged, 0 changed, 0 moved, 0 gone, 0 not seen, 0 new; 8 of 8 pictures" in text
+    assert "warning: the map does not state the errors of 6 lamps: sigma 5 mm per axis is assumed" in text
+    for other in ("square_four", "kookmin_four_lamps"):  # the camera of the second is another one, too
+        code, text, errors = libocc("survey", "walk", "--update", other, "--out", tmp_path / other)
+        assert code == 1 and "no_pose" in errors, text + errors
+
+
 def test_a_wrong_focal_length_is_a_warning(libocc, old_map, pictures, tmp_path):
     """A plane of lamps is alike for any focal length; lamps at two heights contradict it."""
     camera = occ.Camera.pinhole(width=640, height=480, fx_px=330, fy_px=330, cx_px=319.5, cy_px=239.5)

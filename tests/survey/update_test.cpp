@@ -312,6 +312,67 @@ TEST(UpdateMap, FindsTheMovedLampOfARoomRenderedByAnotherProgram) {
   }
 }
 
+TEST(UpdateMap, LinksMapsOfPointsWithoutASize) {
+  Random random(3);
+  Scene now = ten_lamps();
+  Scene map = map_of(now, 0.003, random);
+  for (Lamp& lamp : map.lamps) {
+    lamp.shape = LampShape::point;
+    lamp.radius_m = 0;
+  }
+  now.lamps[4].centre_m += Vector3d(0.1, 0, 0);
+  const auto found = update_of(map, now, 20);
+  ASSERT_TRUE(found.ok()) << found.message;
+  EXPECT_EQ(count_of(*found, LampFate::unchanged), 9);
+  EXPECT_EQ(found->lamps[4].fate, LampFate::moved) << found->lamps[4].reason;
+  EXPECT_EQ(found->lamps[4].lamp.shape, LampShape::point);
+}
+
+TEST(UpdateMap, HasNoWayToMapsThatAreDegenerate) {
+  const Scene now = ten_lamps();
+  Scene line = now, one_place = now, above = now;
+  for (int i = 0; i < 10; ++i) {
+    line.lamps[i].centre_m = {0.5 * i, 1, 2.7};
+    one_place.lamps[i].centre_m = {1, 1, 2.7};
+    above.lamps[i].normal = Vector3d::UnitZ();  // the lit sides are not seen
+  }
+  for (const Scene& map : {line, one_place, above}) {
+    const auto found = update_of(map, now);
+    EXPECT_EQ(found.status, Status::no_pose) << found.message;
+    EXPECT_TRUE(found->lamps.empty());
+  }
+}
+
+TEST(UpdateMap, IsNotMisledByMapsWithLargeErrors) {
+  Random random(3);
+  const Scene now = ten_lamps();
+  for (const double sigma_m : {0.05, 0.2, 1.0}) {
+    const Scene map = map_of(now, sigma_m, random);
+    const auto found = update_of(map, now);
+    EXPECT_TRUE(found.ok() || found.status == Status::no_pose || found.status == Status::ambiguous);
+    if (!found.ok()) continue;
+    EXPECT_EQ(count_of(*found, LampFate::unchanged), 10) << sigma_m;
+  }
+}
+
+// Random blobs have no constellation, whatever the map is.
+TEST(UpdateMap, RefusesRandomBlobs) {
+  for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+    Random random(seed, 17);
+    const Scene map = ten_lamps();
+    auto pictures = pictures_of(walk(map, 6, seed));
+    for (SurveyPicture& picture : pictures)
+      for (Blob& blob : picture.blobs) {
+        const Eigen::Vector2d by = noise_2d(random, 150);
+        blob.centroid_px += by;
+        blob.ellipse.centre_px += by;
+        for (RimPoint& point : blob.rim) point.px += by;
+      }
+    const auto found = update_map(pictures, map, exact_options());
+    EXPECT_FALSE(found.ok()) << seed;
+  }
+}
+
 TEST(UpdateMap, NamesInvalidOptions) {
   UpdateOptions options;
   options.survey.radius_m = 0.1;

@@ -123,7 +123,10 @@ def failure_lines(found: MapUpdate, data: dict[str, Any]) -> list[str]:
     lines = [way_line(way) for way in found.ways[:SHOWN_WAYS]]
     if len(found.ways) > SHOWN_WAYS:
         lines.append(f"way: {len(found.ways) - SHOWN_WAYS} more, see result.json")
-    lines += [f"not used: {o['picture']}: {o['reason']}" for o in data["omissions"] if o["blob"] is None]
+    lines += [
+        f"not used: {o['picture']}: {o['reason']}" for o in data["omissions"]
+        if o["blob"] is None and o["reason"] != found.message
+    ]
     return [*lines, f"{data['status']}: {data['message']}"]
 
 
