@@ -11,6 +11,7 @@
 #include "libocc/core/statistics.hpp"
 #include "libocc/survey/internal/lamp_block.hpp"
 #include "libocc/survey/internal/lamp_changes.hpp"
+#include "libocc/survey/internal/lamp_map.hpp"
 #include "libocc/survey/internal/map_link.hpp"
 #include "libocc/survey/internal/place_statistics.hpp"
 #include "libocc/survey/internal/row_times.hpp"
@@ -72,6 +73,7 @@ class UpdateRun {
       for (const SurveyOmission& omission : found->omissions) note(omission, left);
       if (!found.ok()) {
         if (block == 0) fail(found.status, found.message);
+        if (block == 0 && found.status == Status::ambiguous) name_ways_of_first_picture();
         break;
       }
       add(*found);
@@ -110,6 +112,57 @@ class UpdateRun {
       else
         blob_omissions_.push_back({static_cast<int>(i), omission});
     }
+  }
+
+  /// Lists the poses in the map of the first picture that shows four lamps, because the pictures do
+  /// not match each other in one way.
+  void name_ways_of_first_picture() {
+    internal::survey::PictureViews picture;
+    std::size_t first = 0;
+    constexpr std::size_t min_views = 4;
+    for (; first < pictures_.size() && picture.views.size() < min_views; ++first) {
+      picture = {&pictures_[first].blobs, {}};
+      for (std::size_t b = 0; b < picture.blobs->size(); ++b)
+        if (auto view =
+                internal::survey::lamp_view((*picture.blobs)[b], static_cast<int>(b), map_.camera))
+          picture.views.push_back(std::move(*view));
+    }
+    if (picture.views.size() < min_views) return;
+    --first;
+    internal::survey::LampMap lamps;
+    for (std::size_t i = 0; i < map_lamps_.size(); ++i) {
+      const Lamp& lamp = map_.lamps[i];
+      internal::survey::MapLamp known;
+      known.position = lamp.centre_m;
+      known.covariance = map_lamps_[i].covariance;
+      known.shape = lamp.shape == LampShape::rectangle ? lamp.shape : LampShape::disc;
+      known.size = map_lamps_[i].size;
+      known.size_sigma = std::max(lamp.size_sigma, options_.survey.size_spread);
+      known.normal = lamp.normal;
+      if (!(known.size > 0)) return;  // ranges are in units of the size
+      lamps.lamps.push_back(known);
+    }
+    std::vector<MapWay> ways;
+    for (const internal::survey::MapMatch& match :
+         internal::survey::match_picture(picture, lamps, {}, map_.camera)) {
+      if (match.log10_false_alarms > options_.max_log10_false_alarms || ways.size() == max_ways)
+        continue;
+      MapWay way;
+      way.picture = pictures_[first].name;
+      way.cam_from_world = match.cam_from_map;
+      way.matches = match.matches;
+      way.lamps = static_cast<int>(picture.views.size());
+      way.missing = match.contradictions;
+      way.log10_false_alarms = match.log10_false_alarms;
+      if (options_.prior && first == 0) way.prior_chi2 = options_.prior->chi2(match.cam_from_map);
+      for (const int lamp : match.lamp_of_view)
+        if (lamp >= 0) way.lamp_ids.push_back(map_.lamps[lamp].id);
+      ways.push_back(std::move(way));
+    }
+    result_.value.ways = plausible(ways);
+    if (result_.value.ways.size() < 2) return;
+    result_.message += "; " + pictures_[first].name + " alone matches the map in " +
+                       std::to_string(result_.value.ways.size()) + " ways";
   }
 
   /// Links a constellation to the map, or writes why it is not linked.
@@ -171,6 +224,19 @@ class UpdateRun {
 
   static int contradictions(const MapWay& way) { return way.missing + way.lamps - way.matches; }
 
+  /// The ways whose odds against the one with the fewest contradictions are not too small; fewest
+  /// first.
+  static std::vector<MapWay> plausible(std::vector<MapWay> ways) {
+    std::stable_sort(ways.begin(), ways.end(), [](const MapWay& a, const MapWay& b) {
+      return contradictions(a) < contradictions(b);
+    });
+    const auto is_improbable = [&](const MapWay& way) {
+      return missing_log10 * (contradictions(way) - contradictions(ways[0])) >= max_log10_odds;
+    };
+    ways.erase(std::find_if(ways.begin(), ways.end(), is_improbable), ways.end());
+    return ways;
+  }
+
   /// Takes the way with the fewest contradictions if no other is plausible.
   void choose(std::vector<LinkWay> links, std::vector<MapWay> ways, LampBlock block) {
     std::vector<std::size_t> order(ways.size());
@@ -193,23 +259,21 @@ class UpdateRun {
     std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
       return contradictions(ways[a]) < contradictions(ways[b]);
     });
-    const int fewest = contradictions(ways[order[0]]);
-    std::vector<MapWay> plausible;
-    for (const std::size_t i : order)
-      if (missing_log10 * (contradictions(ways[i]) - fewest) < max_log10_odds)
-        plausible.push_back(ways[i]);
-    if (plausible.size() > 1) {
+    std::vector<MapWay> sorted;
+    for (const std::size_t i : order) sorted.push_back(ways[i]);
+    std::vector<MapWay> rivals = plausible(std::move(sorted));
+    if (rivals.size() > 1) {
       const std::string more = links.size() == max_ways ? " or more" : "";
       refuse(block, Status::ambiguous,
-             "the pictures match the map in " + std::to_string(plausible.size()) + more +
+             "the pictures match the map in " + std::to_string(rivals.size()) + more +
                  " ways, because its lamps are arranged regularly; " +
-                 (options_.prior && !plausible[0].prior_chi2
+                 (options_.prior && !rivals[0].prior_chi2
                       ? "the prior is of " + pictures_[0].name + ", which is not among them"
                       : "a prior of the first picture's pose decides"));
-      if (result_.value.ways.empty() && linked_.empty()) result_.value.ways = std::move(plausible);
+      if (result_.value.ways.empty() && linked_.empty()) result_.value.ways = std::move(rivals);
       return;
     }
-    if (linked_.empty()) result_.value.ways = std::move(plausible);
+    if (linked_.empty()) result_.value.ways = std::move(rivals);
     const LinkWay& way = links[order[0]];
     block.transform(way.map_from_lamps);
     for (const int picture : block.pictures()) {

@@ -114,14 +114,26 @@ void add(Rates& rates, const ChangedRoom& room, const Result<MapUpdate>& found) 
   }
 }
 
-void campaign(int seeds) {
+/// Removes blobs at random, as of lamps that people or goods hide.
+void hide(std::vector<MadePicture>& made, double share, Random& random) {
+  for (MadePicture& one : made) {
+    std::vector<Blob> blobs;
+    for (const Blob& blob : one.picture.blobs)
+      if (random.uniform() >= share) blobs.push_back(blob);
+    one.picture.blobs = std::move(blobs);
+  }
+}
+
+void campaign(int seeds, double hidden = 0) {
   for (const double share : {0.0, 0.1, 0.25, 0.4}) {
+    if (hidden > 0 && share > 0.3) continue;
     Rates rates;
     for (int seed = 1; seed <= seeds; ++seed) {
       Random random(static_cast<std::uint64_t>(seed), 91);
       const double sigma_m = seed % 2 == 0 ? 0.002 : 0.005;
       const ChangedRoom room = changed_room(share, sigma_m, random);
-      const auto made = walk(room.now, 25, static_cast<std::uint64_t>(seed) + 500);
+      auto made = walk(room.now, 25, static_cast<std::uint64_t>(seed) + 500);
+      hide(made, hidden, random);
       add(rates, room, update_map(pictures_of(made), room.map, exact_options()));
     }
     std::cout << "share " << share << ": rooms " << rates.rooms << ", refused " << rates.refused
@@ -131,7 +143,7 @@ void campaign(int seeds) {
               << rates.found_gone << "; added " << rates.added << ", false " << rates.false_added
               << "; not seen " << rates.not_seen << "; nees " << rates.nees / rates.places / 3
               << std::endl;
-    EXPECT_LE(rates.refused, 0.02 * rates.rooms);
+    EXPECT_LE(rates.refused, (hidden > 0 ? 0.05 : 0.02) * rates.rooms);
     EXPECT_LE(rates.false_changes, 0.01 * rates.unchanged);
     EXPECT_LE(rates.false_gone, 0.01 * rates.unchanged);
     EXPECT_GE(rates.found, 0.95 * rates.moved);
@@ -192,6 +204,8 @@ TEST(UpdateRooms, AreNotLinkedWronglyToGrids) { grid_campaign(3); }
 TEST(SlowUpdateRooms, AreNotLinkedWronglyToGrids) { grid_campaign(60); }
 
 TEST(UpdateRooms, FindChangesOnly) { campaign(4); }
+
+TEST(SlowUpdateRooms, DoNotLoseHiddenLamps) { campaign(60, 0.2); }
 
 TEST(SlowUpdateRooms, FindChangesOnly) { campaign(60); }
 

@@ -226,6 +226,42 @@ TEST(UpdateMap, ReportsTheWaysOfARegularMap) {
             0.01);
 }
 
+TEST(UpdateMap, ReportsTheWaysOfTheFirstPictureIfThePicturesMatchInSeveral) {
+  const Scene now = room_of({{0, 0, 2.7}, {2, 0, 2.7}, {0, 2, 2.7}, {2, 2, 2.7}});
+  std::vector<Rigid3> poses;
+  const auto found = update_map(pictures_of(video(now, 8, 5, poses)), now, exact_options());
+  ASSERT_EQ(found.status, Status::ambiguous) << found.message;
+  EXPECT_EQ(found->ways.size(), 4u) << found.message;
+  for (const MapWay& way : found->ways) {
+    EXPECT_EQ(way.picture, "frame 0");
+    EXPECT_EQ(way.matches, 4);
+  }
+}
+
+TEST(UpdateMap, ReportsAnotherColour) {
+  Random random(3);
+  Scene now = ten_lamps();
+  Scene map = map_of(now, 0.003, random);
+  map.lamps[1].colour = {1.6, 0.7, 0.7};  // one red lamp, which is still there
+  auto made = walk(now, 20, 5);
+  for (MadePicture& one : made)
+    for (std::size_t b = 0; b < one.lamps.size(); ++b) {
+      BlobColour colour;
+      const Vector3d lamp = one.lamps[b] == 1   ? Vector3d(1.6, 0.7, 0.7)
+                            : one.lamps[b] == 2 ? Vector3d(0.7, 0.7, 1.6)
+                                                : Vector3d(1, 1, 1);
+      const Vector3d balance(1.5, 1, 0.6);  // unknown white balance of the camera
+      colour.share = lamp.cwiseProduct(balance) / lamp.dot(balance);
+      one.picture.blobs[b].colour = colour;
+    }
+  const auto found = update_map(pictures_of(made), map, exact_options());
+  ASSERT_TRUE(found.ok()) << found.message;
+  EXPECT_EQ(count_of(*found, LampFate::unchanged), 9);
+  ASSERT_EQ(found->lamps[2].fate, LampFate::changed);
+  EXPECT_EQ(found->lamps[2].changes[0].quantity, "colour");
+  EXPECT_GT(found->lamps[2].lamp.colour.z(), 1.3);
+}
+
 TEST(UpdateMap, RefusesAPriorThatContradictsTheOnlyWay) {
   const Scene now = ten_lamps();
   UpdateOptions options = exact_options();
