@@ -324,6 +324,20 @@ void LampBlock::update_lamps() {
   }
 }
 
+RelativeLight LampBlock::light_as(const Lamp& emitter, int lamp) const {
+  Lamp emitting = emitter;
+  emitting.centre_m = lamps_[lamp].lamp.centre_m;
+  std::vector<BlobInPicture> blobs;
+  for (std::size_t image = 0; image < picture_of_image_.size(); ++image) {
+    const int picture = picture_of_image_[image];
+    for (std::size_t b = 0; b < lamp_of_blob_[picture].size(); ++b)
+      if (lamp_of_blob_[picture][b] == lamp)
+        blobs.push_back(
+            {&pictures_[picture].blobs[b], network_.cam_from_world(static_cast<int>(image))});
+  }
+  return lamp_light(emitting, blobs);
+}
+
 void LampBlock::read_codes(BlockLamp& lamp, const std::vector<BlobInPicture>& blobs) {
   std::vector<double> frequencies, sigmas;
   bool contradicts = false;

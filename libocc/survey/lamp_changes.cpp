@@ -260,6 +260,10 @@ void LampChanges::compare_places() {
   statistics_->separate(pairs_, max_statistic_, min_unchanged);
 }
 
+RelativeLight LampChanges::light_of(const Lamp& old, int place) const {
+  return blocks_[places_[place].block].block.light_as(old, places_[place].lamp);
+}
+
 void LampChanges::find_common_factors() {
   std::vector<double> sizes, powers;
   std::array<std::vector<double>, 3> colours;
@@ -268,7 +272,8 @@ void LampChanges::find_common_factors() {
     const BlockLamp& seen = measured(place_of_[a]);
     const double before = lamp_size(map_.lamps[a]), after = lamp_size(seen.lamp);
     if (seen.has_shape && before > 0 && after > 0) sizes.push_back(after / before);
-    if (seen.light.power) powers.push_back(*seen.light.power / map_.lamps[a].power_w);
+    const RelativeLight light = light_of(map_.lamps[a], place_of_[a]);
+    if (light.power) powers.push_back(*light.power / map_.lamps[a].power_w);
     if (!seen.light.colour) continue;
     for (int c = 0; c < 3; ++c)
       colours[static_cast<std::size_t>(c)].push_back((*seen.light.colour)[c] /

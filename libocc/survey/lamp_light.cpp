@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "libocc/core/statistics.hpp"
+#include "libocc/scene/internal/lamp_emission.hpp"
 
 namespace occ::internal::survey {
 
@@ -14,13 +15,17 @@ RelativeLight lamp_light(const Lamp& lamp, const std::vector<BlobInPicture>& blo
   std::vector<double> powers;
   Vector3d colour = Vector3d::Zero();
   int colours = 0;
+  const scene::LampEmission emitted(lamp);
   for (const auto& [blob, pose] : blobs) {
     const Vector3d in_cam = pose * lamp.centre_m;
     const double emission = -(pose.rotation * lamp.normal).dot(in_cam) / in_cam.norm();
     const double incidence = in_cam.z() / in_cam.norm();
+    const Vector3d to_eye = pose.origin_in_source() - lamp.centre_m;
     constexpr double min_cosine = 0.1;  // the quotient is inaccurate towards zero
-    if (!blob->saturated && emission > min_cosine && incidence > min_cosine)
-      powers.push_back(blob->flux_dn * in_cam.squaredNorm() / (emission * incidence));
+    if (!blob->saturated && emission > min_cosine && incidence > min_cosine &&
+        emitted.intensity(1, to_eye, emission) > 0)
+      powers.push_back(blob->flux_dn * in_cam.squaredNorm() /
+                       (emitted.intensity(1, to_eye, emission) * incidence));
     if (blob->colour && !blob->colour->clipped[0] && !blob->colour->clipped[1] &&
         !blob->colour->clipped[2]) {
       colour += 3 * blob->colour->share;

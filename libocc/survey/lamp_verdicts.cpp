@@ -63,7 +63,8 @@ std::string LampChanges::names(const std::vector<int>& pictures) const {
   return text;
 }
 
-void LampChanges::compare_looks(LampUpdate& update, const Lamp& old, const BlockLamp& seen) const {
+void LampChanges::compare_looks(LampUpdate& update, const Lamp& old, int place) const {
+  const BlockLamp& seen = measured(place);
   const bool has_form = old.shape == LampShape::disc || old.shape == LampShape::rectangle;
   if (seen.has_shape && has_form && seen.lamp.shape != old.shape)
     update.changes.push_back({"shape", shape_name(old.shape), shape_name(seen.lamp.shape), 0});
@@ -86,11 +87,12 @@ void LampChanges::compare_looks(LampUpdate& update, const Lamp& old, const Block
       update.changes.push_back(
           {"normal", text_of(old.normal), text_of(seen.lamp.normal), tilt / tilt_sigma});
   }
-  if (seen.light.power && power_factor_ > 0) {
+  const RelativeLight light = light_of(old, place);
+  if (light.power && power_factor_ > 0) {
     constexpr double model = 0.1;  // emission in the directions of the pictures
-    const double power = *seen.light.power / power_factor_;
+    const double power = *light.power / power_factor_;
     const double sigma =
-        std::sqrt(square(old.power_sigma) + square(seen.light.power_sigma) + square(model));
+        std::sqrt(square(old.power_sigma) + square(light.power_sigma) + square(model));
     const double statistic = std::abs(std::log(power / old.power_w)) / sigma;
     if (statistic > max_normal_)
       update.changes.push_back(
@@ -112,8 +114,9 @@ void LampChanges::compare_looks(LampUpdate& update, const Lamp& old, const Block
         {"colour", text_of(old.colour), text_of(Vector3d(3 * colour / colour.sum())), statistic});
 }
 
-Lamp LampChanges::lamp_at(const Lamp& old, const BlockLamp& seen,
-                          const std::vector<LampChange>& changes, bool is_moved) const {
+Lamp LampChanges::lamp_at(const Lamp& old, int place, const std::vector<LampChange>& changes,
+                          bool is_moved) const {
+  const BlockLamp& seen = measured(place);
   Lamp lamp = old;
   for (const LampChange& change : changes) {
     if (change.quantity == "shape" || change.quantity == "size") {
@@ -129,7 +132,7 @@ Lamp LampChanges::lamp_at(const Lamp& old, const BlockLamp& seen,
       lamp.tilt_sigma_rad = seen.lamp.tilt_sigma_rad;
       lamp.x_axis = seen.lamp.x_axis;
     }
-    if (change.quantity == "power") lamp.power_w = *seen.light.power / power_factor_;
+    if (change.quantity == "power") lamp.power_w = *light_of(old, place).power / power_factor_;
     if (change.quantity == "colour") {
       const Vector3d colour = seen.light.colour->cwiseQuotient(colour_factor_);
       lamp.colour = 3 * colour / colour.sum();
@@ -153,7 +156,7 @@ std::optional<int> LampChanges::far_move(int lamp, const std::vector<int>& gone,
     if (nearest < 0 || distance(old, p) < distance(old, nearest)) nearest = p;
     if (distance(old, p) > options_.max_move_m) continue;
     LampUpdate looks;
-    compare_looks(looks, old, measured(p));
+    compare_looks(looks, old, p);
     if (!looks.changes.empty()) {
       reason = "a new lamp " + mm(distance(old, p)) + " away has another " +
                looks.changes[0].quantity + ", so that it is not assumed to be this one";
@@ -204,8 +207,8 @@ LampUpdate LampChanges::moved_lamp(int lamp, int place, const std::string& reaso
   update.statistic = test.statistic;
   const Vector3d along = test.moved.normalized();
   update.displacement_sigma_m = std::sqrt(std::max(0.0, along.dot(test.covariance * along)));
-  compare_looks(update, old, measured(place));
-  update.lamp = lamp_at(old, measured(place), update.changes, true);
+  compare_looks(update, old, place);
+  update.lamp = lamp_at(old, place, update.changes, true);
   update.reason = reason;
   return update;
 }
@@ -223,7 +226,7 @@ LampUpdate LampChanges::measured_verdict(int lamp, int place) {
   LampUpdate update = moved_lamp(lamp, place, "");
   if (is_unchanged(lamp)) {
     update.fate = update.changes.empty() ? LampFate::unchanged : LampFate::changed;
-    update.lamp = lamp_at(map_.lamps[lamp], measured(place), update.changes, false);
+    update.lamp = lamp_at(map_.lamps[lamp], place, update.changes, false);
     update.reason = "at its place: " + mm(update.displacement_m.norm()) + " from the map, sigma " +
                     mm(update.displacement_sigma_m) + ", chi-square " +
                     text_of(update.statistic, "", 3) + " of at most " +

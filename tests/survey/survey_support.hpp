@@ -45,6 +45,7 @@ inline Scene uneven_room() {
 struct MadePicture {
   SurveyPicture picture;
   std::vector<int> lamps;  // of the scene, for each blob
+  Rigid3 pose;
 };
 
 /// Corners of a rectangle in the image, in the order of Blob::corners_px.
@@ -64,6 +65,7 @@ inline MadePicture make_picture(const Scene& scene, const Rigid3& pose, const st
                                 double noise_px, Random& random) {
   MadePicture made;
   made.picture.name = name;
+  made.pose = pose;
   for (std::size_t i = 0; i < scene.lamps.size(); ++i) {
     const auto rim = project_rim(scene.lamps[i], pose, scene.camera, 40);
     if (!rim) continue;

@@ -133,7 +133,7 @@ TEST(UpdateMap, KeepsALampThatIsHiddenInHalfOfThePictures) {
   const Scene map = map_of(now, 0.003, random);
   auto made = walk(now, 20, 5);
   for (std::size_t i = 0; i < made.size(); i += 2) {
-    auto& [picture, lamps] = made[i];
+    auto& [picture, lamps, pose] = made[i];
     for (std::size_t b = 0; b < lamps.size(); ++b)
       if (lamps[b] == 2) {
         picture.blobs.erase(picture.blobs.begin() + static_cast<std::ptrdiff_t>(b));
@@ -236,6 +236,30 @@ TEST(UpdateMap, ReportsTheWaysOfTheFirstPictureIfThePicturesMatchInSeveral) {
     EXPECT_EQ(way.picture, "frame 0");
     EXPECT_EQ(way.matches, 4);
   }
+}
+
+TEST(UpdateMap, ComparesThePowerByTheEmissionOfTheLamp) {
+  Random random(3);
+  Scene now = ten_lamps();
+  for (Lamp& lamp : now.lamps) lamp.half_power_rad = 0.35;  // narrow beams: order 11
+  const Scene map = map_of(now, 0.003, random);
+  now.lamps[4].power_w = 2;
+  auto made = walk(now, 20, 5);
+  std::vector<SurveyPicture> pictures = pictures_of(made);
+  std::vector<Rigid3> poses;
+  for (const MadePicture& one : made) poses.push_back(one.pose);
+  for (std::size_t i = 0; i < made.size(); ++i)
+    for (std::size_t b = 0; b < made[i].lamps.size(); ++b) {
+      const Lamp& lamp = now.lamps[made[i].lamps[b]];
+      const Vector3d to_eye = (poses[i].origin_in_source() - lamp.centre_m).normalized();
+      const double cosine = lamp.normal.dot(to_eye);
+      pictures[i].blobs[b].flux_dn *= std::pow(cosine, lamp.order() - 1);
+    }
+  const auto found = update_map(pictures, map, exact_options());
+  ASSERT_TRUE(found.ok()) << found.message;
+  EXPECT_EQ(count_of(*found, LampFate::unchanged), 9);
+  EXPECT_EQ(found->lamps[4].fate, LampFate::changed);
+  EXPECT_NEAR(found->lamps[4].lamp.power_w, 2, 0.05);
 }
 
 TEST(UpdateMap, ReportsAnotherColour) {

@@ -53,6 +53,9 @@ class LampBlock {
   const std::vector<std::string>& warnings() const { return warnings_; }
   std::vector<RejectedBlob> rejected() const;
 
+  /// Light of a lamp with the normal and the emission of another one.
+  RelativeLight light_as(const Lamp& emitter, int lamp) const;
+
   /// Moves poses and lamps.
   void transform(const Similarity& similarity);
   /// Joint covariance of the lamps' places, in the datum of all lamps.

@@ -63,7 +63,8 @@ class LampChanges {
   void pair_overlapping();
   void skip_duplicates();
   void compare_places();
-  void compare_looks(LampUpdate& update, const Lamp& old, const BlockLamp& seen) const;
+  void compare_looks(LampUpdate& update, const Lamp& old, int place) const;
+  RelativeLight light_of(const Lamp& old, int place) const;
   void find_common_factors();
   void add_evidence(LampUpdate& update, int lamp) const;
   bool is_gone(const PlaceEvidence& evidence) const;
@@ -73,7 +74,7 @@ class LampChanges {
   LampUpdate unmeasured_verdict(int lamp) const;
   LampUpdate moved_lamp(int lamp, int place, const std::string& reason) const;
   LampUpdate new_lamp(int place, int id) const;
-  Lamp lamp_at(const Lamp& old, const BlockLamp& seen, const std::vector<LampChange>& changes,
+  Lamp lamp_at(const Lamp& old, int place, const std::vector<LampChange>& changes,
                bool is_moved) const;
   std::string names(const std::vector<int>& pictures) const;
 

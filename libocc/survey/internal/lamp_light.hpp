@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Relative power and colour of a lamp from its blobs in pictures of known pose. For a uniform
-// Lambertian face, the flux in the image is proportional to
+// Relative power and colour of a lamp from its blobs in pictures of known pose. With the intensity
+// I(direction) of the lamp per unit of its power, the flux in the image is proportional to
 //
-//     power cos(emission) cos(incidence) / distance^2.
+//     power I(direction) cos(incidence) / distance^2.
 #pragma once
 
 #include <Eigen/Core>
@@ -31,7 +31,7 @@ struct RelativeLight {
   std::optional<Eigen::Vector3d> colour;  ///< mean of the blobs without clipped channels
 };
 
-/// Power and colour of a lamp whose centre and normal are known.
+/// Power and colour of a lamp whose centre, normal and emission are known.
 RelativeLight lamp_light(const Lamp& lamp, const std::vector<BlobInPicture>& blobs);
 
 }  // namespace occ::internal::survey
