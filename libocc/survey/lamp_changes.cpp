@@ -255,7 +255,8 @@ void LampChanges::compare_places() {
     first += size;
   }
   statistics_.emplace(std::move(map), covariance_, std::move(places), std::move(covariance));
-  if (!statistics_->set_unchanged(linked_)) return;
+  is_tested_ = statistics_->set_unchanged(linked_);
+  if (!is_tested_) return;
   constexpr int min_unchanged = 4;  // three determine the similarity
   statistics_->separate(pairs_, max_statistic_, min_unchanged);
 }

@@ -290,6 +290,12 @@ class UpdateRun {
 
   void finish() {
     internal::survey::LampChanges changes(map_, linked_, pictures_, options_);
+    if (!changes.ok()) {
+      fail(Status::degenerate,
+           "the errors of map and pictures have no inverse covariance: check position_sigma_m and "
+           "shared_errors_m of the map");
+      return;
+    }
     changes.write(result_.value);
     for (std::size_t b = 0; b < linked_.size(); ++b) {
       const LampBlock& block = linked_[b].block;

@@ -106,6 +106,14 @@ def test_the_updated_map_locates_pictures(updated, old_map, pictures):
     assert fix.position_m == pytest.approx(PLACES[0][:3], abs=0.01)
 
 
+def test_an_update_can_be_pickled(updated):
+    import pickle
+
+    copy = pickle.loads(pickle.dumps(updated))
+    assert [update.reason for update in copy.lamps] == [update.reason for update in updated.lamps]
+    assert np.array_equal(copy.covariance_m2, updated.covariance_m2) and copy.ways[0].picture == "p0.png"
+
+
 def test_a_failed_update_has_no_scene(old_map):
     failed = occ.surveying.update_map([("a.png", [])], old_map)
     assert failed.status == occ.Status.too_few_lamps

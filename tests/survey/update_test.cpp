@@ -403,6 +403,19 @@ TEST(UpdateMap, HasNoWayToMapsThatAreDegenerate) {
   }
 }
 
+TEST(UpdateMap, KeepsThePlacesOfAnExactMap) {
+  Scene now = ten_lamps();
+  Scene map = now;
+  for (Lamp& lamp : map.lamps) lamp.position_sigma_m = PerAxis(lamp.id == 9 ? 1e-6 : 0);
+  now.lamps[4].centre_m.x() += 0.05;
+  const auto found = update_of(map, now);
+  ASSERT_TRUE(found.ok()) << found.message;
+  EXPECT_EQ(count_of(*found, LampFate::unchanged), 9);
+  EXPECT_LT((found->lamps[0].lamp.centre_m - now.lamps[0].centre_m).norm(), 1e-9);
+  EXPECT_EQ(found->lamps[4].fate, LampFate::moved);
+  EXPECT_NEAR(found->lamps[4].displacement_m.x(), 0.05, 5 * found->lamps[4].displacement_sigma_m);
+}
+
 TEST(UpdateMap, IsNotMisledByMapsWithLargeErrors) {
   Random random(3);
   const Scene now = ten_lamps();

@@ -47,6 +47,8 @@ class LampChanges {
   LampChanges(const Scene& map, const std::vector<LinkedBlock>& blocks,
               const std::vector<SurveyPicture>& pictures, const UpdateOptions& options);
 
+  /// False if the covariances of map and pictures do not permit a test.
+  bool ok() const { return is_tested_; }
   void write(MapUpdate& result);
   /// Name of a lamp of a block, after write(): "lamp 7" with the id after the update.
   std::string name_of(int block, int lamp) const;
@@ -95,7 +97,7 @@ class LampChanges {
   std::optional<PlaceStatistics> statistics_;
   double size_factor_ = 1, power_factor_ = 0;
   Eigen::Vector3d colour_factor_ = Eigen::Vector3d::Ones();
-  bool has_colours_ = false, has_size_factor_ = false;
+  bool has_colours_ = false, has_size_factor_ = false, is_tested_ = false;
 };
 
 }  // namespace occ::internal::survey
