@@ -22,8 +22,8 @@ using Eigen::Matrix3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr int min_rays = 3;              // two rays of different lamps may meet by chance
-constexpr std::size_t max_pairs = 4000;  // of rays that are intersected for one lamp
+constexpr int min_rays = 3;                // two rays of different lamps may meet by chance
+constexpr std::size_t max_pairs = 200000;  // of rays that are intersected for one lamp
 constexpr double min_parallax_rad = 0.02;
 constexpr double ray_gate_px = 1;  // error of an adjusted pose, and of a centre's bias
 constexpr double ray_gate_sigmas = 4;

@@ -403,6 +403,20 @@ TEST(UpdateMap, HasNoWayToMapsThatAreDegenerate) {
   }
 }
 
+TEST(UpdateMap, HasTheSameBitsForAnyNumberOfThreads) {
+  Random random(3);
+  const Scene now = ten_lamps();
+  const Scene map = map_of(now, 0.003, random);
+  UpdateOptions one = exact_options(), four = one;
+  one.survey.threads = 1;
+  four.survey.threads = 4;
+  const auto a = update_of(map, now, 14, 5, one), b = update_of(map, now, 14, 5, four);
+  ASSERT_TRUE(a.ok() && b.ok());
+  EXPECT_EQ(a->covariance_m2, b->covariance_m2);
+  for (std::size_t i = 0; i < 10; ++i)
+    EXPECT_EQ(a->lamps[i].lamp.centre_m, b->lamps[i].lamp.centre_m);
+}
+
 TEST(UpdateMap, KeepsThePlacesOfAnExactMap) {
   Scene now = ten_lamps();
   Scene map = now;
