@@ -147,6 +147,33 @@ double quantisation_step(const Samples& lanes) {
   return common % stretched == 0 ? stretched : std::gcd(common, max_shift);
 }
 
+/// Number of samples of a mesh that a bright object does not cover, if it covers about half of the
+/// mesh or more, so that the order statistics would contain it; 0 otherwise. Its edge is sharp: the
+/// gap between two samples is more than half of their range.
+int dark_samples(const Samples& sorted, std::size_t mesh, double min_noise_dn) {
+  constexpr int min_dark = 3, max_dark = 9;
+  constexpr float share = 0.5f, sigmas = 8;
+  const float range = sorted[samples - 1][mesh] - sorted[0][mesh];
+  for (int dark = min_dark; dark <= max_dark; ++dark) {
+    const float gap = sorted[static_cast<std::size_t>(dark)][mesh] -
+                      sorted[static_cast<std::size_t>(dark) - 1][mesh];
+    if (gap > share * range && gap > sigmas * static_cast<float>(min_noise_dn)) return dark;
+  }
+  return 0;
+}
+
+/// Level and noise of a mesh by its first `dark` samples: their mean, and their range over its
+/// expectation for normal samples (Tippett, Biometrika 17, 1925).
+void measure_dark_part(const Samples& sorted, std::size_t mesh, int dark, Meshes& meshes) {
+  constexpr std::array<float, 10> expected_range = {0,      0,      1.128f, 1.693f, 2.059f,
+                                                    2.326f, 2.534f, 2.704f, 2.847f, 2.970f};
+  float sum = 0;
+  for (int rank = 0; rank < dark; ++rank) sum += sorted[static_cast<std::size_t>(rank)][mesh];
+  const auto last = static_cast<std::size_t>(dark) - 1;
+  meshes.level[mesh] = sum / static_cast<float>(dark);
+  meshes.noise[mesh] = (sorted[last][mesh] - sorted[0][mesh]) / expected_range[last + 1];
+}
+
 }  // namespace
 
 Background::Background(const ImageView& image, const Sensor* sensor, double min_noise_dn) {
@@ -175,6 +202,8 @@ Background::Background(const ImageView& image, const Sensor* sensor, double min_
   }
   measure_clipped_noise(sorted, differences, step, m.noise);
   const double min_noise = std::max(floor_dn * step, min_noise_dn);
+  for (std::size_t i = 0; i < count; ++i)
+    if (const int dark = dark_samples(sorted, i, min_noise)) measure_dark_part(sorted, i, dark, m);
   fill_bright_regions(image, min_noise, m);
   median_filter(m.level, m.columns, m.rows);
   median_filter(m.noise, m.columns, m.rows);

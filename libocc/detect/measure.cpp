@@ -196,10 +196,11 @@ bool use_polygon(std::optional<PolygonRim>&& rim, Blob& blob) {
   blob.centroid_px = rim->polygon.centroid_px;
   blob.covariance_px2 = rim->centre_covariance_px2;
   blob.ellipse = ellipse_of(blob.centroid_px, rim->polygon.second_moments_px2);
+  blob.light_response_px2 = rim->light_response_px2;
+  if (!rim->is_whole) return true;  // only its centre is known
   blob.corners_px = rim->polygon.corners_px;
   blob.rim = std::move(rim->points);
   blob.rim_covariance_px2 = rim->common_covariance_px2;
-  blob.light_response_px2 = rim->light_response_px2;
   return true;
 }
 

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "libocc/core/math.hpp"
+#include "libocc/core/statistics.hpp"
 #include "libocc/detect/internal/plateau.hpp"
 #include "libocc/detect/internal/polygon.hpp"
 #include "libocc/detect/internal/rim_profiles.hpp"
@@ -54,6 +55,41 @@ Eigen::Matrix2d shift_response(const SidePoints& points,
 Eigen::Vector2d centroid_by_side(const Polygon& polygon, std::size_t side) {
   const Eigen::Vector2d from = polygon.corners_px[side], to = polygon.corner_after(side);
   return (0.5 * (from + to) - polygon.centroid_px) * (to - from).norm() / polygon.area_px2;
+}
+
+/// Distance by which a side may lie farther outside than it was measured: from the measured edge to
+/// where the light falls below a quarter of the plateau, beyond the blur. Tubes have dim ends.
+double softness_px(const Patch& patch, const Polygon& polygon, std::size_t side, double level,
+                   double blur_px) {
+  constexpr double low = 0.25, low_sigmas = 0.674;   // where a blurred step falls to that
+  constexpr double certain = 1.5, certain_px = 0.5;  // the blur is not known better
+  const double max_px = 0.5 * std::sqrt(polygon.second_moments_px2.trace());
+  std::vector<double> excess;
+  for (const RimLine& line : polygon.lines(side, 0)) {
+    const double expected_px = certain * low_sigmas * blur_px / line.cosine() + certain_px;
+    double beyond = expected_px;
+    for (; beyond < max_px; ++beyond) {
+      const int at = static_cast<int>(std::lround(line.edge + line.outward * beyond));
+      if (!line.inside(patch, at, at) || *line.pixel(patch, at) < low * level) break;
+    }
+    excess.push_back((beyond - expected_px) * line.cosine());
+  }
+  return excess.empty() ? 0 : median(excess);
+}
+
+/// True if no side may lie farther outside by more than a share of the polygon's extent there.
+bool has_true_size(const Polygon& polygon, const std::vector<double>& softness) {
+  constexpr double max_share = 0.05;
+  for (std::size_t i = 0; i < softness.size(); ++i) {
+    const Eigen::Vector2d normal = polygon.normal(i);
+    double lowest = infinity, highest = -infinity;
+    for (const Eigen::Vector2d& corner : polygon.corners_px) {
+      lowest = std::min(lowest, corner.dot(normal));
+      highest = std::max(highest, corner.dot(normal));
+    }
+    if (softness[i] > max_share * (highest - lowest)) return false;
+  }
+  return true;
 }
 
 /// Covariance of the polygon's centroid by the noise of the points. A side that turns by r moves it
@@ -145,6 +181,25 @@ void add_plateau_noise(const RimModel& model, const RimProfiles& profiles, const
       covariance_of_plateau(rim.polygon, model.plateau, pixel_variance, growth);
 }
 
+/// Adds the softness of each side to its points, as an error that is common to them. The centroid
+/// is that between the measured sides and those at the end of the light; soft sides opposite to
+/// each other, as of a tube, are about equally soft.
+void add_softness(const std::vector<double>& softness, const SidePoints& points, PolygonRim& rim) {
+  constexpr double unequal = 0.1;
+  Eigen::Vector2d shift = Eigen::Vector2d::Zero();
+  std::size_t k = 0;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Eigen::Vector2d by_side = softness[i] * centroid_by_side(rim.polygon, i);
+    shift += by_side;
+    rim.centre_covariance_px2 += square(unequal) * by_side * by_side.transpose();
+    const double common_px = softness[i] * std::sqrt(static_cast<double>(points[i].size()));
+    for (std::size_t n = 0; n < points[i].size(); ++n, ++k)
+      rim.points[k].sigma_px = std::hypot(rim.points[k].sigma_px, common_px);
+  }
+  rim.polygon.centroid_px += 0.5 * shift;
+  rim.centre_covariance_px2 += 0.25 * shift * shift.transpose();
+}
+
 /// Fits the sides to their points. Empty if the polygon collapses.
 bool refit(const SidePoints& points, Polygon& polygon) {
   for (std::size_t i = 0; i < points.size(); ++i) polygon.fit_side(i, points[i]);
@@ -189,7 +244,12 @@ std::optional<PolygonRim> measure_polygon(const Patch& patch, const Component& c
       rim.polygon = *polygon;
       add_plateau_noise(model, profiles, points, rim);
       add_uneven_light(model, profiles, rim.common_covariance_px2, rim.centre_covariance_px2);
+      std::vector<double> softness;
+      for (std::size_t i = 0; i < points.size(); ++i)
+        softness.push_back(softness_px(patch, *polygon, i, model.plateau.level(), blur_px));
       finish(points, rim);
+      rim.is_whole = has_true_size(*polygon, softness);
+      add_softness(softness, points, rim);
       return rim;
     }
     blur_px = blur;

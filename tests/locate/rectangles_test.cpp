@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "libocc/core/math.hpp"
+#include "libocc/detect/detect.hpp"
 #include "libocc/locate/locate.hpp"
 #include "libocc/simulate/simulate.hpp"
 #include "tests/support/support.hpp"
@@ -86,6 +87,73 @@ TEST(LocateRectangles, PanelsAndTubesAreFoundWithTrueCovariances) {
     EXPECT_LT(errors.worst_m, 1e-3);
     // The error of the edge model is stated for a single panel; those of several average.
     EXPECT_NEAR(errors.nees / errors.images, 0.8, 0.35);
+  }
+}
+
+// The cathodes of a tube are dark: its ends are dimmer than its middle, and end where the map says.
+TEST(LocateRectangles, DimEndsOfTubesAreAllowedFor) {
+  const double length_m = 0.7, width_m = 0.06;
+  const Scene scene = room_of({length_m, width_m}, irregular);
+  for (const double dim_m : {0.03, 0.1}) {
+    SCOPED_TRACE(dim_m);
+    Scene real = scene;
+    real.lamps.clear();
+    const auto add_part = [&](const Lamp& tube, double middle_m, double part_m, double light) {
+      Lamp part = tube;
+      part.id = static_cast<int>(real.lamps.size());
+      part.centre_m += middle_m * tube.x_axis;
+      part.size_m.x() = part_m;
+      part.power_w *= light * part_m / length_m;
+      real.lamps.push_back(part);
+    };
+    for (const Lamp& tube : scene.lamps) {
+      add_part(tube, 0, length_m - 2 * dim_m, 1);
+      for (const double side : {-1, 1}) add_part(tube, side * (length_m - dim_m) / 2, dim_m, 0.35);
+    }
+    Random random(4);
+    Errors errors;
+    int found = 0;
+    for (int i = 0; i < 30; ++i) {
+      const Rigid3 pose = random_view(random, {1.9, 1.9, 0.4}, 0.5);
+      SimulateOptions options;
+      options.seed = static_cast<std::uint64_t>(i);
+      const Result<Fix> fix = locate(simulate(real, pose, options).image.view(), scene);
+      found += fix.ok() ? 1 : 0;
+      if (fix.ok() || fix.status == Status::ambiguous) add(*fix, pose, errors);
+      if (fix.ok()) {
+        const Vector6 error = difference(fix->cam_from_world, pose);
+        EXPECT_LT(error.dot(fix->covariance.inverse() * error), 27.9) << i;  // 1e-4
+        EXPECT_LT((fix->position_m - pose.origin_in_source()).norm(), 0.05);
+      }
+    }
+    EXPECT_LT(errors.nees / errors.images, 1.3);
+    EXPECT_GE(found, dim_m < 0.05 ? 28 : 1);
+  }
+}
+
+// Panels that cover half of each background mesh around them.
+TEST(LocateRectangles, LargePanelsAreNoBackground) {
+  Scene scene = room_of({0.6, 0.6},
+                        {{1, 1.1, 3}, {2.9, 1.2, 3}, {1.2, 2.8, 3}, {2.6, 2.7, 3}, {1.9, 1.7, 3}});
+  for (Lamp& lamp : scene.lamps) {
+    const double angle = 0.55 * lamp.id;
+    lamp.x_axis = {std::cos(angle), std::sin(angle), 0};
+  }
+  Random random(6);
+  for (int i = 0; i < 60; ++i) {
+    const Rigid3 pose = random_view(random, {2, 2, 0.5}, 0.5);
+    SimulateOptions options;
+    options.seed = static_cast<std::uint64_t>(i);
+    const Rendered rendered = simulate(scene, pose, options);
+    for (const LampTruth& lamp : rendered.lamps) {
+      if (!lamp.whole) continue;
+      const std::vector<Blob> blobs = detect(rendered.image.view());
+      const bool is_found = std::any_of(blobs.begin(), blobs.end(), [&](const Blob& blob) {
+        return blob.corners_px.size() == 4 &&
+               (blob.centroid_px - lamp.image_centre_px).norm() < 0.3;
+      });
+      EXPECT_TRUE(is_found) << "view " << i << ", lamp " << lamp.id;
+    }
   }
 }
 

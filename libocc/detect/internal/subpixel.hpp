@@ -55,6 +55,7 @@ struct PolygonRim {
       Eigen::Matrix2d::Zero();  ///< covariance of the polygon's centroid
   RimErrorCovariance common_covariance_px2 = RimErrorCovariance::Zero();
   Eigen::Matrix2d light_response_px2 = Eigen::Matrix2d::Zero();
+  bool is_whole = true;  ///< false: a side may lie farther outside by a part of the lamp's size
 };
 
 /// Measures a lamp with straight sides. Empty when its outline is no such polygon or when it has no
