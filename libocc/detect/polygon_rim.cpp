@@ -15,7 +15,7 @@
 namespace occ::internal::detect {
 namespace {
 
-constexpr int max_polygon_passes = 12;  // the ends of a tube determine each other's corners slowly
+constexpr int max_polygon_passes = 20;  // the ends of a tube determine each other's corners slowly
 constexpr double polygon_settled_px = 0.01;  // convergence limit for centroid, size and blur
 // Min distance of a rim point from a corner: beyond it, the blur of the other side takes less than
 // a fourteenth of the light, which RimProfiles allows for.
@@ -231,7 +231,13 @@ std::optional<PolygonRim> measure_polygon(const Patch& patch, const Component& c
       points[i].assign(profiles.points.begin() + static_cast<std::ptrdiff_t>(first),
                        profiles.points.end());
     }
-    if (count(points) < 4) return std::nullopt;
+    if (count(points) < 4) {
+      // Of a defocused lamp all lines seem to have light outside.
+      constexpr double broader = 1.6;
+      blur_px *= broader;
+      if (profiles.dazzled == 0 || blur_px > max_blur_px) return std::nullopt;
+      continue;
+    }
     const Polygon before = *polygon;
     if (!refit(points, *polygon)) return std::nullopt;
     const double blur = std::clamp(blur_px * (1 + std::clamp(profiles.blur_change(), -0.4, 0.6)),

@@ -13,7 +13,7 @@
 namespace occ::internal::detect {
 namespace {
 
-constexpr int max_rim_passes = 6;
+constexpr int max_rim_passes = 15;
 constexpr double settled_px = 0.005;  // convergence limit for centre, size and blur
 constexpr double min_minor_px = 3;    // as min_rim_px in measure.cpp
 
@@ -26,6 +26,14 @@ double size_of(const FittedConic& conic) { return std::pow(conic.shape.determina
 double soft_growth_px(double blur_px, double lens_blur_px) {
   constexpr double certain = 1.2;  // times the lens' blur; it is not known better
   return std::sqrt(std::max(0.0, square(blur_px) - square(certain * lens_blur_px)));
+}
+
+/// Adds the error of a soft edge: its growth, and a stretch. Blur of sigma s moves the edge of a
+/// disc of radius R by s^2 / 2 R, and that of a motion differs between directions.
+void add_softness(double growth_px, Rim& rim) {
+  rim.common_covariance_px2(0, 0) += square(growth_px);
+  rim.common_covariance_px2.diagonal().tail<2>().array() +=
+      square(square(growth_px) / size_of(rim.fit.conic));
 }
 
 /// Adds the errors of the estimated plateau. An error of its level enlarges the whole rim, an error
@@ -97,7 +105,7 @@ std::optional<Rim> fit_rim(const Patch& patch, FittedConic conic, double blur_px
       add_plateau_noise(model, profiles, rim);
       add_uneven_light(model, profiles, rim.common_covariance_px2, rim.fit.centre_covariance_px2);
       inflate_sigmas(rim);
-      rim.common_covariance_px2(0, 0) += square(soft_growth_px(rim.blur_px, blur_px));
+      add_softness(soft_growth_px(rim.blur_px, blur_px), rim);
       return rim;
     }
     rim.blur_px = std::clamp(blur, min_blur_px, max_blur_px);

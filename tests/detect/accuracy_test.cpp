@@ -178,6 +178,19 @@ int unnoticed_errors(double min_radius_px, double max_radius_px, int trials) {
   return unnoticed;
 }
 
+TEST(DetectAccuracy, DefocusedDiscsHaveRims) {
+  Random random(3);
+  for (int trial = 0; trial < 20; ++trial) {
+    const Eigen::Vector2d centre(60 + random.uniform(), 60 + random.uniform());
+    Canvas canvas(120, 120);
+    canvas.add_disc(centre, 17, 15, 0.4, 2.5, 3000);
+    const auto blobs = detect(canvas.image({}, &random).view());  // without the sensor
+    ASSERT_EQ(blobs.size(), 1u);
+    EXPECT_FALSE(blobs[0].rim.empty()) << trial;
+    EXPECT_LT((blobs[0].centroid_px - centre).norm(), 0.06) << trial;
+  }
+}
+
 TEST(DetectAccuracy, NeighboursAreDetectedOrIncludedInTheCovariance) {
   EXPECT_LE(unnoticed_errors(2.5, 6, 300), 1);
   EXPECT_LE(unnoticed_errors(5, 14, 100), 1);

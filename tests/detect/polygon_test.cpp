@@ -124,6 +124,30 @@ TEST(DetectPolygons, RimsOfPanelsAreUnbiasedWithConsistentCovariances) {
   }
 }
 
+TEST(DetectPolygons, DefocusedPanelsHaveRims) {
+  Scene scene = one_rectangle({0.6, 0.6});
+  scene.sensor.psf_sigma_px = 2.5;
+  scene.validate();
+  Random random(5);
+  int whole = 0, with_corners = 0;
+  for (int trial = 0; trial < 20; ++trial) {
+    SimulateOptions simulation;
+    simulation.seed = static_cast<std::uint64_t>(trial);
+    const Rendered rendered = simulate(scene, random_view(random, 2.5), simulation);
+    if (!rendered.lamps[0].whole) continue;
+    const auto blobs = detect(rendered.image.view());  // without the sensor: an unknown PSF
+    ASSERT_EQ(blobs.size(), 1u) << trial;
+    ++whole;
+    const Eigen::Vector2d error = blobs[0].centroid_px - rendered.lamps[0].image_centre_px;
+    EXPECT_LT(error.dot(blobs[0].covariance_px2.inverse() * error), 18) << trial;  // 1e-4
+    if (blobs[0].corners_px.size() != 4) continue;
+    ++with_corners;
+    EXPECT_LT(error.norm(), 0.05) << trial;
+  }
+  EXPECT_GT(with_corners, 0.8 * whole);
+  EXPECT_GT(whole, 10);
+}
+
 TEST(DetectPolygons, TubesHavePointsAtTheirEnds) {
   const Errors errors = errors_of(one_rectangle({1.2, 0.06}), 2.5, 100);
   EXPECT_NEAR(errors.chi2 / errors.points, 1.1, 0.25);
