@@ -232,7 +232,7 @@ std::optional<PolygonRim> measure_polygon(const Patch& patch, const Component& c
                        profiles.points.end());
     }
     if (count(points) < 4) {
-      // Of a defocused lamp all lines seem to have light outside.
+      // All lines across a defocused lamp seem to have light outside.
       constexpr double broader = 1.6;
       blur_px *= broader;
       if (profiles.dazzled == 0 || blur_px > max_blur_px) return std::nullopt;
