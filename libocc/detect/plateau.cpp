@@ -368,29 +368,33 @@ double Plateau::level_covariance(const Eigen::Vector2d& a, const Eigen::Vector2d
 }
 
 double hole_of(const Patch& patch, const FittedConic& conic) {
-  constexpr int rays = 24;
+  constexpr int rays = 12, max_steps = 24, step_px = 2;
   constexpr double dark = 0.25, dark_sigmas = 4;  // dimmer by: of the level, of the noise
   const Eigen::Matrix2d root = core::Cholesky<Eigen::Matrix2d>(conic.shape).lower().transpose();
   const Eigen::Matrix2d of_circle = root.inverse();
-  const int steps = std::max(1, static_cast<int>(conic.ellipse().semi_minor_px));  // of a pixel
+  const int steps =
+      std::clamp(static_cast<int>(conic.ellipse().semi_minor_px) / step_px, 1, max_steps);
+  std::array<Eigen::Vector2d, rays> step;  // from the centre to the rim
+  for (int k = 0; k < rays; ++k) {
+    const double angle = 2 * pi * k / rays;
+    step[static_cast<std::size_t>(k)] =
+        of_circle * Eigen::Vector2d(std::cos(angle), std::sin(angle)) / steps;
+  }
   double brightest = 0;
   for (int i = steps - 1; i >= 0; --i) {  // from the rim inwards
     double sum = 0;
     int seen = 0;
-    for (int k = 0; k < rays; ++k) {
-      const double angle = 2 * pi * k / rays;
-      const Eigen::Vector2d at = of_circle * Eigen::Vector2d(std::cos(angle), std::sin(angle));
-      const Eigen::Vector2d px = conic.centre + static_cast<double>(i) / steps * at;
-      const int x = static_cast<int>(std::lround(px.x())),
-                y = static_cast<int>(std::lround(px.y()));
+    for (const Eigen::Vector2d& by : step) {
+      const int x = static_cast<int>(conic.centre.x() + i * by.x() + 0.5);
+      const int y = static_cast<int>(conic.centre.y() + i * by.y() + 0.5);
       if (!patch.contains(x, y)) continue;
       sum += *patch.at(x, y);
       ++seen;
     }
     if (seen == 0) continue;
-    const double level = sum / seen;
-    if (brightest - level >
-        std::max(dark * brightest, dark_sigmas * std::sqrt(patch.noise().variance(brightest))))
+    const double level = sum / seen, drop = brightest - level;
+    if (drop > dark * brightest &&
+        drop > dark_sigmas * std::sqrt(patch.noise().variance(brightest)))
       return (i + 1.0) / steps;
     brightest = std::max(brightest, level);
   }

@@ -15,7 +15,8 @@
 namespace occ::internal::detect {
 namespace {
 
-constexpr int max_polygon_passes = 20;  // the ends of a tube determine each other's corners slowly
+// The ends of a tube determine each other's corners slowly. More passes are only for defocus.
+constexpr int max_sharp_polygon_passes = 12, max_polygon_passes = 20;
 constexpr double polygon_settled_px = 0.01;  // convergence limit for centroid, size and blur
 // Min distance of a rim point from a corner: beyond it, the blur of the other side takes less than
 // a fourteenth of the light, which RimProfiles allows for.
@@ -258,6 +259,7 @@ std::optional<PolygonRim> measure_polygon(const Patch& patch, const Component& c
       add_softness(softness, points, rim);
       return rim;
     }
+    if (pass + 1 >= max_sharp_polygon_passes && profiles.misfit() > max_misfit) return std::nullopt;
     blur_px = blur;
   }
   return std::nullopt;

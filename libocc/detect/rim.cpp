@@ -13,7 +13,7 @@
 namespace occ::internal::detect {
 namespace {
 
-constexpr int max_rim_passes = 15;
+constexpr int max_sharp_passes = 6, max_rim_passes = 15;  // without and with defocus
 constexpr double settled_px = 0.005;  // convergence limit for centre, size and blur
 constexpr double min_minor_px = 3;    // as min_rim_px in measure.cpp
 
@@ -108,6 +108,7 @@ std::optional<Rim> fit_rim(const Patch& patch, FittedConic conic, double blur_px
       add_softness(soft_growth_px(rim.blur_px, blur_px), rim);
       return rim;
     }
+    if (pass + 1 >= max_sharp_passes && profiles.misfit() > max_misfit) return std::nullopt;
     rim.blur_px = std::clamp(blur, min_blur_px, max_blur_px);
   }
   return std::nullopt;
