@@ -9,6 +9,7 @@
 #include <sstream>
 
 #include "libocc/calibrate/internal/tag_chain.hpp"
+#include "libocc/core/internal/name_list.hpp"
 #include "libocc/core/require.hpp"
 #include "libocc/core/statistics.hpp"
 #include "libocc/scene/tag.hpp"
@@ -19,13 +20,7 @@ using namespace internal::calibrate;
 namespace {
 
 std::string list(const std::vector<std::string>& names) {
-  constexpr std::size_t max_names = 8;
-  std::string text;
-  for (std::size_t i = 0; i < names.size() && i < max_names; ++i)
-    text += (i == 0 ? "" : ", ") + names[i];
-  if (names.size() > max_names)
-    text += " and " + std::to_string(names.size() - max_names) + " more";
-  return text;
+  return internal::core::name_list(names, 8);
 }
 
 double size_of(int id, const StartOptions& options) {

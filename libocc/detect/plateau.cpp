@@ -84,8 +84,6 @@ struct Sums {
   }
 };
 
-constexpr double profile_sigmas =
-    3;  // half width of a profile, as window_sigmas in rim_profiles.hpp
 constexpr double clear_sigmas = 1.5;  // distance inside the rim with 93 % of the light [blur sigma]
 // Min number of pixels for degree 0, 1 and 2: with fewer, extrapolation across the rim is unstable.
 constexpr int min_pixels = 4, plane_pixels = 30, paraboloid_pixels = 200;
@@ -138,6 +136,12 @@ Terms right_side(const Sums<Degree>& sums, int used) {
   return right;
 }
 
+/// Maps the unit circle to the ellipse, as offsets from its centre.
+Eigen::Matrix2d ellipse_from_circle(const FittedConic& conic) {
+  const Eigen::Matrix2d root = core::Cholesky<Eigen::Matrix2d>(conic.shape).lower().transpose();
+  return root.inverse();
+}
+
 /// Inner part of an ellipse, or a ring along its rim.
 class EllipseRegion {
  public:
@@ -185,8 +189,7 @@ class EllipseRegion {
   template <typename F>
   void for_each_rim_point(F&& f) const {
     constexpr int points = 16;
-    const Eigen::Matrix2d root = core::Cholesky<Eigen::Matrix2d>(conic_.shape).lower().transpose();
-    const Eigen::Matrix2d of_circle = root.inverse();
+    const Eigen::Matrix2d of_circle = ellipse_from_circle(conic_);
     for (int k = 0; k < points; ++k) {
       const double angle = 2 * pi * k / points;
       const Eigen::Vector2d edge = of_circle * Eigen::Vector2d(std::cos(angle), std::sin(angle));
@@ -370,8 +373,7 @@ double Plateau::level_covariance(const Eigen::Vector2d& a, const Eigen::Vector2d
 double hole_of(const Patch& patch, const FittedConic& conic) {
   constexpr int rays = 12, max_steps = 24, step_px = 2;
   constexpr double dark = 0.25, dark_sigmas = 4;  // dimmer by: of the level, of the noise
-  const Eigen::Matrix2d root = core::Cholesky<Eigen::Matrix2d>(conic.shape).lower().transpose();
-  const Eigen::Matrix2d of_circle = root.inverse();
+  const Eigen::Matrix2d of_circle = ellipse_from_circle(conic);
   const int steps =
       std::clamp(static_cast<int>(conic.ellipse().semi_minor_px) / step_px, 1, max_steps);
   std::array<Eigen::Vector2d, rays> step;  // from the centre to the rim
@@ -409,8 +411,8 @@ std::optional<Plateau> Plateau::fit(const Patch& patch, const FittedConic& conic
   if (!(shrink > 0)) return std::nullopt;
   if (hole > 0) {
     // Neither the pixels nor the profiles across the rim may contain the edge of the hole.
-    const double hollow = hole + profile_sigmas * blur_px / ellipse.semi_minor_px;
-    if ((1 - hollow) * ellipse.semi_minor_px < profile_sigmas * blur_px) return std::nullopt;
+    const double hollow = hole + window_sigmas * blur_px / ellipse.semi_minor_px;
+    if ((1 - hollow) * ellipse.semi_minor_px < window_sigmas * blur_px) return std::nullopt;
     return fit_surface<2>(patch, EllipseRegion(conic, blur_px, shrink, hollow), blur_px);
   }
   const double area = pi * ellipse.semi_major_px * ellipse.semi_minor_px * shrink * shrink;

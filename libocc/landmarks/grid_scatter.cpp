@@ -3,9 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "libocc/core/internal/dense.hpp"
+#include "libocc/core/math.hpp"
 
 namespace occ::internal::landmarks {
 namespace {
@@ -104,17 +104,25 @@ Eigen::Matrix2Xd homography_residuals(const Eigen::Matrix2Xd& at, const Eigen::M
   return off;
 }
 
-/// Excess of the residuals about polynomials of a degree over the covariances; infinite if the
-/// points are too few.
-double excess_px2(const Eigen::Matrix2Xd& at, const Eigen::Matrix2Xd& off, int degree,
+/// Orthonormal bases of the polynomials of each degree for which the points suffice.
+std::vector<MatrixXd> polynomial_bases(const Eigen::Matrix2Xd& at) {
+  constexpr int min_degree = 3, max_degree = 7;
+  std::vector<MatrixXd> bases;
+  for (int degree = min_degree; degree <= max_degree; ++degree) {
+    const MatrixXd terms = monomials(at, degree);
+    // A quarter of the equations remain for the variance, with those of the homography.
+    if (4 * (terms.cols() + 2) > 3 * at.cols()) break;
+    bases.push_back(core::householder_q(terms, terms.cols()));
+  }
+  return bases;
+}
+
+/// Excess of the residuals about polynomials with the basis `q` over the covariances.
+double excess_px2(const Eigen::Matrix2Xd& off, const MatrixXd& q,
                   const std::vector<Eigen::Matrix2d>& covariances) {
-  const MatrixXd terms = monomials(at, degree);
-  // A quarter of the equations remain for the variance, with those of the homography.
-  if (4 * (terms.cols() + 2) > 3 * at.cols()) return std::numeric_limits<double>::infinity();
-  const MatrixXd q = core::householder_q(terms, terms.cols());
   const Eigen::Matrix2Xd residuals = off - (off * q) * q.transpose();
   double expected = 0, freedom = -2;
-  for (Index i = 0; i < at.cols(); ++i) {
+  for (Index i = 0; i < off.cols(); ++i) {
     const double redundancy = 1 - q.row(i).squaredNorm();
     expected += redundancy * covariances[static_cast<std::size_t>(i)].trace();
     freedom += 2 * redundancy;
@@ -128,30 +136,28 @@ double excess_px2(const Eigen::Matrix2Xd& at, const Eigen::Matrix2Xd& off, int d
 double grid_scatter_px2(const Eigen::Matrix2Xd& positions, const Eigen::Matrix2Xd& px,
                         const std::vector<Eigen::Matrix2d>& covariances,
                         const Eigen::Vector2d& middle_px) {
-  constexpr int max_degree = 7, min_degree = 3, max_degree_wide = 7;
   // Terms of a higher degree are for wide-angle lenses; otherwise they only add to the uncertainty
   // of the estimate. The same holds for the focal lengths.
   constexpr double max_ratio = 0.5;  // of the variances, to accept a higher degree
-  constexpr double infinity = std::numeric_limits<double>::infinity();
   const Eigen::Matrix2Xd at = normalised(positions);
+  const std::vector<MatrixXd> bases = polynomial_bases(at);
   double best_px2 = infinity;
-  const auto try_lens = [&](double focal_px, int highest) {
+  const auto try_lens = [&](double focal_px) {
     const Eigen::Matrix2Xd off = homography_residuals(at, px, {middle_px, focal_px});
     if (!off.allFinite()) return false;
-    for (int degree = min_degree; degree <= highest; ++degree) {
-      const double px2 = excess_px2(at, off, degree, covariances);
-      if (std::isinf(px2)) break;
+    for (const MatrixXd& q : bases) {
+      const double px2 = excess_px2(off, q, covariances);
       if (!(px2 > max_ratio * best_px2)) best_px2 = px2;
     }
     return true;
   };
-  if (!try_lens(infinity, max_degree)) return 0;
+  if (!try_lens(infinity)) return 0;
   // The smallest focal length has the farthest point 75 degrees from the axis.
   constexpr double max_angle_rad = 1.3, focal_step = 1.12;
   constexpr int focal_lengths = 14;
   double focal_px = (px.colwise() - middle_px).colwise().norm().maxCoeff() / max_angle_rad;
   for (int i = 0; i < focal_lengths && best_px2 > 0; ++i, focal_px *= focal_step)
-    try_lens(focal_px, max_degree_wide);
+    try_lens(focal_px);
   return std::isfinite(best_px2) ? best_px2 : 0;
 }
 

@@ -5,6 +5,8 @@
 #include <map>
 #include <numeric>
 
+#include "libocc/core/internal/name_list.hpp"
+
 namespace occ::internal::network {
 
 namespace {
@@ -26,13 +28,7 @@ class DisjointSets {
 };
 
 std::string list(const std::vector<std::string>& names) {
-  constexpr std::size_t max_names = 5;
-  std::string text;
-  for (std::size_t k = 0; k < std::min(max_names, names.size()); ++k)
-    text += (k ? ", " : "") + names[k];
-  if (names.size() > max_names)
-    text += " and " + std::to_string(names.size() - max_names) + " more";
-  return text;
+  return internal::core::name_list(names, 5);
 }
 
 /// Degenerate when the stations form blocks that no target, distance or known coordinate connects.

@@ -64,7 +64,7 @@ std::optional<std::vector<Blob>> without_light_gradient(const Rigid3& cam_from_w
   std::optional<std::vector<Blob>> out;
   for_each_match(matches, blobs, scene, [&](const Lamp& lamp, std::size_t i) {
     const Blob& measured = blobs[i];
-    if (!measured.saturated || measured.rim.empty()) return;
+    if (!has_over_exposed_rim(measured)) return;
     if (!out) out = blobs;
     // Residuals are measured minus predicted positions, and these contain the shift.
     const Eigen::Vector2d shift_px = light_shift_px(lamp, measured, cam_from_world, scene);

@@ -438,8 +438,7 @@ Result<Refined> internal::refine::refine_as_stated(const Rigid3& start,
   // The growth of over-exposed rims and the stated errors of few lamps can explain each other, so
   // that the estimates run away. The centres are always determined.
   const bool over_exposed = std::any_of(matches.begin(), matches.end(), [&](const Match& match) {
-    const Blob& blob = blobs[static_cast<std::size_t>(match.blob)];
-    return blob.saturated && !blob.rim.empty();
+    return has_over_exposed_rim(blobs[static_cast<std::size_t>(match.blob)]);
   });
   RefineOptions used = options;
   if (result.status == Status::not_converged && over_exposed && uses_rims(options.rung) &&

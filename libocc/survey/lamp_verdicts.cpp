@@ -6,6 +6,7 @@
 #include <sstream>
 
 #include "libocc/core/internal/dense.hpp"
+#include "libocc/core/internal/name_list.hpp"
 #include "libocc/core/math.hpp"
 #include "libocc/survey/internal/lamp_changes.hpp"
 
@@ -54,13 +55,9 @@ std::string mm(double length_m) { return text_of(1e3 * length_m, " mm", 3); }
 }  // namespace
 
 std::string LampChanges::names(const std::vector<int>& pictures) const {
-  constexpr std::size_t max_names = 5;
-  std::string text;
-  for (std::size_t i = 0; i < std::min(pictures.size(), max_names); ++i)
-    text += (i == 0 ? "" : ", ") + pictures_[pictures[i]].name;
-  if (pictures.size() > max_names)
-    text += " and " + std::to_string(pictures.size() - max_names) + " more";
-  return text;
+  std::vector<std::string> names;
+  for (const int picture : pictures) names.push_back(pictures_[picture].name);
+  return core::name_list(names, 5);
 }
 
 void LampChanges::compare_looks(LampUpdate& update, const Lamp& old, int place) const {

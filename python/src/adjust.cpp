@@ -6,6 +6,7 @@
 #include "libocc/network/datum.hpp"
 #include "libocc/network/precision.hpp"
 #include "module.hpp"
+#include "progress.hpp"
 #include "results.hpp"
 
 namespace occ::python {
@@ -36,10 +37,7 @@ Adjusted run(const Network& network, const AdjustOptions& options, const py::obj
   AdjustCallback callback;
   if (!progress.is_none())
     callback = [&](const AdjustProgress& p) {
-      py::gil_scoped_acquire locked;
-      if (PyErr_CheckSignals() != 0) throw py::error_already_set();
-      const py::object answer = progress(p.stage, p.iteration, p.cost, p.rejected);
-      return answer.is_none() || answer.cast<bool>();
+      return report_progress(progress, p.stage, p.iteration, p.cost, p.rejected);
     };
   py::gil_scoped_release unlocked;
   return adjust(network, options, callback);

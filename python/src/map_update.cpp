@@ -1,20 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fields.hpp"
-#include "libocc/core/require.hpp"
 #include "libocc/survey/update.hpp"
 #include "module.hpp"
 #include "results.hpp"
+#include "survey_input.hpp"
 
 namespace occ::python {
 namespace {
 
 using Updated = Result<MapUpdate>;
-using Pictures = std::vector<std::pair<std::string, std::vector<Blob>>>;
-using Times = std::vector<std::optional<double>>;
 
 auto update_fields() {
   using O = UpdateOptions;
-  using S = SurveyOptions;
   const auto own = std::make_tuple(
       field("map_sigma_m", &O::map_sigma_m,
             "sigma, per axis, of the places of lamps whose errors the map does not state"),
@@ -26,18 +23,8 @@ auto update_fields() {
             "minimum number of pictures that should show a lamp that is gone"),
       field("max_log10_false_alarms", &O::max_log10_false_alarms,
             "limit of the number of accidental links as good, base-10 logarithm"));
-  const auto survey = std::make_tuple(
-      field("ordered", &S::ordered, "consecutive pictures are neighbours of one motion"),
-      field("max_motion_rad", &S::max_motion_rad,
-            "ordered: largest median change of the lamps' directions between neighbours"),
-      field("row_time_s", &S::row_time_s,
-            "ordered, with times_s: time between the exposures of two rows"),
-      field("size_spread", &S::size_spread,
-            "relative sigma of the differences of the lamps' sizes, for start values"),
-      field(
-          "model_sigma_px", &S::model_sigma_px,
-          "sigma of errors of a lamp's image beyond its noise; estimated if the redundancy is 20"),
-      field("threads", &S::threads, "at least 1; any number gives the same bits"));
+  const auto survey =
+      std::tuple_cat(survey_motion_fields(), survey_error_fields(), survey_thread_fields());
   return std::tuple_cat(own, fields_within(&O::survey, survey));
 }
 
@@ -129,26 +116,17 @@ void define_map_update(py::module_& m) {
       fields_doc(fields, "Options");
   define_function(
       m, "update_map", fields,
-      [](UpdateOptions options, const Pictures& pictures, const Scene& scene,
-         const std::optional<Prior>& prior, const Times& times_s, const py::object& progress) {
-        std::vector<SurveyPicture> all;
-        for (const auto& [name, blobs] : pictures) all.push_back({name, blobs});
-        require(times_s.empty() || times_s.size() == all.size(), "times_s", times_s.size(),
-                "one time for each picture");
-        for (std::size_t i = 0; i < times_s.size(); ++i) all[i].time_s = times_s[i];
+      [](UpdateOptions options, const SurveyBlobs& pictures, const Scene& scene,
+         const std::optional<Prior>& prior, const SurveyTimes& times_s,
+         const py::object& progress) {
+        const std::vector<SurveyPicture> all = survey_pictures(pictures, times_s);
         options.prior = prior;
-        const SurveyCallback callback = [&](const SurveyProgress& state) {
-          py::gil_scoped_acquire locked;
-          if (PyErr_CheckSignals() != 0) throw py::error_already_set();
-          if (progress.is_none()) return true;
-          const py::object answer = progress(state.stage, state.done, state.total);
-          return answer.is_none() || answer.cast<bool>();
-        };
+        const SurveyCallback callback = survey_callback(progress);
         py::gil_scoped_release unlocked;
         return update_map(all, scene, options, callback);
       },
       py::arg("pictures"), py::arg("scene"), py::arg("prior") = py::none(), py::kw_only(),
-      py::arg_v("times_s", Times{}, "[]"), py::arg("progress") = py::none(), doc.c_str());
+      py::arg_v("times_s", SurveyTimes{}, "[]"), py::arg("progress") = py::none(), doc.c_str());
 }
 
 }  // namespace occ::python

@@ -13,6 +13,7 @@
 #include "libocc/landmarks/chessboard.hpp"
 #include "libocc/landmarks/circle_grid.hpp"
 #include "module.hpp"
+#include "progress.hpp"
 #include "results.hpp"
 #include "rows.hpp"
 
@@ -25,13 +26,7 @@ using Rows = Eigen::Matrix<double, Eigen::Dynamic, 2, Eigen::RowMajor>;
 
 /// Callback of a search, which also raises the signals of Python.
 std::function<bool(int, int)> search_progress(const py::object& progress) {
-  return [progress](int done, int searches) {
-    py::gil_scoped_acquire locked;
-    if (PyErr_CheckSignals() != 0) throw py::error_already_set();
-    if (progress.is_none()) return true;
-    const py::object answer = progress(done, searches);
-    return answer.is_none() || answer.cast<bool>();
-  };
+  return [progress](int done, int searches) { return report_progress(progress, done, searches); };
 }
 
 /// Defines what chessboards and grids have in common. Results unpack to (px, covariance_px2).

@@ -2,40 +2,33 @@
 #include "libocc/survey/survey.hpp"
 
 #include "fields.hpp"
-#include "libocc/core/require.hpp"
 #include "module.hpp"
 #include "results.hpp"
+#include "survey_input.hpp"
 
 namespace occ::python {
 namespace {
 
 using Surveyed = Result<Survey>;
 using Tags = std::vector<std::vector<AprilTag>>;
-using Pictures = std::vector<std::pair<std::string, std::vector<Blob>>>;
-using Times = std::vector<std::optional<double>>;
 using Places = std::vector<std::optional<Eigen::Vector3d>>;
 using Distances = std::vector<std::tuple<int, int, double, double>>;
 
 auto survey_fields() {
   using O = SurveyOptions;
-  return std::make_tuple(
-      field("ordered", &O::ordered, "consecutive pictures are neighbours of one motion"),
-      field("max_motion_rad", &O::max_motion_rad,
-            "ordered: largest median change of the lamps' directions between neighbours"),
-      field("row_time_s", &O::row_time_s,
-            "ordered, with times_s: time between the exposures of two rows"),
-      field("max_log10_false_alarms", &O::max_log10_false_alarms,
-            "limit of the number of accidental matches as good, base-10 logarithm"),
-      field("size_spread", &O::size_spread,
-            "relative sigma of the differences of the lamps' sizes, for start values"),
-      field(
-          "model_sigma_px", &O::model_sigma_px,
-          "sigma of errors of a lamp's image beyond its noise; estimated if the redundancy is 20"),
-      field("radius_m", &O::radius_m, "radius of all discs; determines the scale"),
-      field("radius_sigma", &O::radius_sigma, "its relative standard deviation"),
-      field("odometry_sigma", &O::odometry_sigma, "relative sigma of a path's length by odometry"),
-      field("tag_size_m", &O::tag_size_m, "side of the tags' black square; determines the scale"),
-      field("threads", &O::threads, "at least 1; any number gives the same bits"));
+  return std::tuple_cat(
+      survey_motion_fields(),
+      std::make_tuple(
+          field("max_log10_false_alarms", &O::max_log10_false_alarms,
+                "limit of the number of accidental matches as good, base-10 logarithm")),
+      survey_error_fields(),
+      std::make_tuple(field("radius_m", &O::radius_m, "radius of all discs; determines the scale"),
+                      field("radius_sigma", &O::radius_sigma, "its relative standard deviation"),
+                      field("odometry_sigma", &O::odometry_sigma,
+                            "relative sigma of a path's length by odometry"),
+                      field("tag_size_m", &O::tag_size_m,
+                            "side of the tags' black square; determines the scale")),
+      survey_thread_fields());
 }
 
 /// The network before the rejection of gross errors, for an adjustment that reports them.
@@ -111,35 +104,25 @@ void define_survey(py::module_& m) {
       fields_doc(fields, "Options");
   define_function(
       m, "survey", fields,
-      [](SurveyOptions options, const Pictures& pictures, const Camera& camera,
-         const Distances& distances, const Tags& tags, const Times& times_s,
+      [](SurveyOptions options, const SurveyBlobs& pictures, const Camera& camera,
+         const Distances& distances, const Tags& tags, const SurveyTimes& times_s,
          const Places& odometry_m, const py::object& progress) {
-        std::vector<SurveyPicture> all;
-        for (const auto& [name, blobs] : pictures) all.push_back({name, blobs});
+        std::vector<SurveyPicture> all = survey_pictures(pictures, times_s);
         require(tags.empty() || tags.size() == all.size(), "tags", tags.size(),
                 "one list for each picture");
         for (std::size_t i = 0; i < tags.size(); ++i) all[i].tags = tags[i];
         for (const auto& [from, to, length_m, sigma_m] : distances)
           options.distances.push_back({from, to, length_m, sigma_m});
-        require(times_s.empty() || times_s.size() == all.size(), "times_s", times_s.size(),
-                "one time for each picture");
-        for (std::size_t i = 0; i < times_s.size(); ++i) all[i].time_s = times_s[i];
         require(odometry_m.empty() || odometry_m.size() == all.size(), "odometry_m",
                 odometry_m.size(), "one position for each picture");
         for (std::size_t i = 0; i < odometry_m.size(); ++i) all[i].odometry_m = odometry_m[i];
-        const SurveyCallback callback = [&](const SurveyProgress& state) {
-          py::gil_scoped_acquire locked;
-          if (PyErr_CheckSignals() != 0) throw py::error_already_set();
-          if (progress.is_none()) return true;
-          const py::object answer = progress(state.stage, state.done, state.total);
-          return answer.is_none() || answer.cast<bool>();
-        };
+        const SurveyCallback callback = survey_callback(progress);
         py::gil_scoped_release unlocked;
         return survey(all, camera, options, callback);
       },
       py::arg("pictures"), py::arg("camera"), py::kw_only(),
       py::arg_v("distances", Distances{}, "[]"), py::arg_v("tags", Tags{}, "[]"),
-      py::arg_v("times_s", Times{}, "[]"), py::arg_v("odometry_m", Places{}, "[]"),
+      py::arg_v("times_s", SurveyTimes{}, "[]"), py::arg_v("odometry_m", Places{}, "[]"),
       py::arg("progress") = py::none(), doc.c_str());
 }
 

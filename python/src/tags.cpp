@@ -5,6 +5,7 @@
 #include "libocc/calibrate/resection.hpp"
 #include "libocc/scene/internal/scene_fields.hpp"
 #include "module.hpp"
+#include "progress.hpp"
 #include "results.hpp"
 
 namespace occ::python {
@@ -100,10 +101,7 @@ of the scene is visible. Raises: ValueError for a lamp that the scene does not h
         if (camera) options.bends_px = side_bends(*camera);
         if (!progress.is_none())
           options.progress = [&](int done, int tiles) {
-            py::gil_scoped_acquire locked;
-            if (PyErr_CheckSignals() != 0) throw py::error_already_set();
-            const py::object answer = progress(done, tiles);
-            return answer.is_none() || answer.cast<bool>();
+            return report_progress(progress, done, tiles);
           };
         py::gil_scoped_release unlocked;
         return detect_april_tags(image.view, options);

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from calibration_support import errors_in_sigmas
 from click.testing import CliRunner
 from exif_pictures import FOCAL_35MM, ZOOM, save_with_exif
 
@@ -74,12 +75,6 @@ def tag_pictures(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
         save(folder / f"view{i}.png", picture(pose, i, tags=wall_of_tags()))
         for i, pose in enumerate(views())
     ]
-
-
-def errors_in_sigmas(out: Path, truth: occ.Camera) -> dict[str, float]:
-    data = json.loads((out / "result.json").read_text())
-    true = {parameter.name: parameter.value for parameter in truth.parameters}
-    return {p["name"]: (p["value"] - true[p["name"]]) / p["sigma"] for p in data["parameters"]}
 
 
 def test_images_of_tags_at_unknown_positions_calibrate_the_camera(tag_pictures: list[Path], tmp_path: Path) -> None:

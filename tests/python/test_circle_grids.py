@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Grids of discs: sheets to print, detection, and calibration with the exact images of the discs."""
 
-import json
 import math
 from collections.abc import Callable
 from pathlib import Path
@@ -9,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from calibration_support import errors_in_sigmas
 
 import libocc as occ
 from libocc.cli import target_sheets
@@ -37,12 +37,6 @@ def pictures() -> list[Any]:
     return found
 
 
-def errors_in_sigmas(out: Path) -> dict[str, float]:
-    data = json.loads((out / "result.json").read_text())
-    true = {parameter.name: parameter.value for parameter in CAMERA.parameters}
-    return {p["name"]: (p["value"] - true[p["name"]]) / p["sigma"] for p in data["parameters"]}
-
-
 def test_pictures_of_discs_calibrate_the_camera(libocc: Run, pictures: list[Any]) -> None:
     for i, pixels in enumerate(pictures):
         occ.write_image(f"{i}.png", pixels)
@@ -52,12 +46,12 @@ def test_pictures_of_discs_calibrate_the_camera(libocc: Run, pictures: list[Any]
     code, text, err = libocc("calibrate", "camera", *names, "none.png", *options, "--out", "out")
     assert code == 0, err
     assert "none.png: no grid of discs was detected; the image is not used" in text + err
-    off = errors_in_sigmas(Path("out"))
+    off = errors_in_sigmas(Path("out"), CAMERA)
     assert len(off) == 9 and max(map(abs, off.values())) < 4.5
     # Discs of a tenth of the size have the centres of their ellipses: the plain centres are biased.
     small = ("--circles", "4x11", "--spacing", 0.02, "--diameter", 0.0018)
     code, _, err = libocc("calibrate", "camera", *names, *small, "--no-robust", "--out", "plain")
-    plain = errors_in_sigmas(Path("plain"))
+    plain = errors_in_sigmas(Path("plain"), CAMERA)
     assert np.square(list(plain.values())).mean() > 4 * np.square(list(off.values())).mean()
 
 

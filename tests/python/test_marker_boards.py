@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from calibration_support import errors_in_sigmas
 from numpy.typing import NDArray
 
 import libocc as occ
@@ -41,12 +42,6 @@ def pictures_of(board: Any, count: int = 8) -> list[NDArray[np.uint8]]:
     return found
 
 
-def errors_in_sigmas(out: Path) -> dict[str, float]:
-    data = json.loads((out / "result.json").read_text())
-    true = {parameter.name: parameter.value for parameter in CAMERA.parameters}
-    return {p["name"]: (p["value"] - true[p["name"]]) / p["sigma"] for p in data["parameters"]}
-
-
 @pytest.mark.parametrize("kind", ["aprilgrid", "file", "charuco"])
 def test_pictures_of_parts_calibrate_the_camera(libocc: Run, kind: str) -> None:
     board = CHARUCO if kind == "charuco" else GRID
@@ -72,7 +67,7 @@ def test_pictures_of_parts_calibrate_the_camera(libocc: Run, kind: str) -> None:
     assert f"none.png: no {name} was detected; the image is not used: no tag was detected" in warnings
     assert any(warning.startswith("narrow.png") for warning in warnings), warnings
     assert all(warning in Path("out/report.html").read_text() for warning in warnings if "&" not in warning)
-    off = errors_in_sigmas(Path("out"))
+    off = errors_in_sigmas(Path("out"), CAMERA)
     assert len(off) == 9 and max(map(abs, off.values())) < 4
 
 
@@ -156,7 +151,7 @@ def test_tags_with_another_border_are_printed_and_found(libocc: Run) -> None:
     grid = ("--aprilgrid", "7x6", "--tag-size", 0.035, "--spacing", 0.3)
     code, _, err = libocc("calibrate", "camera", *names, *grid, "--border-cells", 1, "--out", "out")
     assert code == 0, err
-    assert max(map(abs, errors_in_sigmas(Path("out")).values())) < 4
+    assert max(map(abs, errors_in_sigmas(Path("out"), CAMERA).values())) < 4
     code, out, _ = libocc("targets", "--aprilgrid", "3x3", *grid[2:], "--border-cells", 1, "--out", "grid.svg")
     assert code == 0 and "gaps of 10.5 mm, borders of 1 cell; 1 page" in out
     assert "--aprilgrid 3x3 --border-cells 1 --spacing 0.3" in Path("grid.svg").read_text().replace("- -", "--")

@@ -5,6 +5,7 @@ import json
 
 import numpy as np
 import pytest
+from survey_support import rendered_pictures
 
 import libocc as occ
 from libocc import samples
@@ -20,13 +21,7 @@ def room():
 
 @pytest.fixture(scope="module")
 def pictures(room, tmp_path_factory):
-    folder = tmp_path_factory.mktemp("pictures")
-    names = []
-    for i, (x, y, z, heading) in enumerate(PLACES):
-        image, _ = occ.simulate(room, upward_pose([x, y, z], heading, 4.0 * (i % 3), 70.0 * i), seed=i)
-        names.append(folder / f"p{i}.png")
-        occ.write_image(names[-1], image)
-    return names
+    return rendered_pictures(room, PLACES, tmp_path_factory.mktemp("pictures"))
 
 
 @pytest.fixture(scope="module")

@@ -6,6 +6,7 @@ import re
 
 import numpy as np
 import pytest
+from survey_support import rendered_pictures
 
 import libocc as occ
 from libocc import samples
@@ -41,15 +42,6 @@ def old_map(room):
     return room.replace(lamps=lamps, tags=[tag], room=occ.Room(size_m=[4, 4, 3], wall_reflectance=0.0))
 
 
-def render(scene, folder):
-    names = []
-    for i, (x, y, z, heading) in enumerate(PLACES):
-        image, _ = occ.simulate(scene, upward_pose([x, y, z], heading, 4.0 * (i % 3), 70.0 * i), seed=i)
-        names.append(folder / f"p{i}.png")
-        occ.write_image(names[-1], image)
-    return names
-
-
 @pytest.fixture(scope="module")
 def pictures(room, tmp_path_factory):
     """Pictures after the changes: lamp 4 moved by 40 mm, lamp 7 is dark, a lamp is new, lamp 5 is brighter."""
@@ -57,7 +49,7 @@ def pictures(room, tmp_path_factory):
     lamps[4] = lamps[4].replace(centre_m=np.asarray(lamps[4].centre_m) + [0.04, 0, 0])
     lamps[5] = lamps[5].replace(power_w=4.5)
     lamps.append(lamps[0].replace(id=50, centre_m=[2.6, 1.9, 3], name=""))
-    return render(room.replace(lamps=lamps), tmp_path_factory.mktemp("now"))
+    return rendered_pictures(room.replace(lamps=lamps), PLACES, tmp_path_factory.mktemp("now"))
 
 
 def detected(room, names):
@@ -155,7 +147,8 @@ def test_pictures_of_another_room_are_refused(libocc, room, old_map, tmp_path):
     at = np.random.default_rng(7).uniform([0.6, 0.6, 2.9], [3.4, 3.4, 3.0], (9, 3))
     other = room.replace(lamps=[lamp.replace(centre_m=place) for lamp, place in zip(room.lamps, at)])
     old_map.save(tmp_path / "map.yaml")
-    code, text, errors = libocc("survey", *render(other, tmp_path), "--update", "map.yaml", "--out", tmp_path / "out")
+    pictures = rendered_pictures(other, PLACES, tmp_path)
+    code, text, errors = libocc("survey", *pictures, "--update", "map.yaml", "--out", tmp_path / "out")
     assert code == 1, text
     assert "no_pose: " in errors
     data = json.loads((tmp_path / "out" / "result.json").read_text())

@@ -42,6 +42,16 @@ inline Scene uneven_room() {
                   {1.8, 3.3, 2.7}});
 }
 
+/// Six lamps at other places.
+inline Scene other_room() {
+  return room_of({{0.5, 0.6, 2.7},
+                  {1.9, 0.9, 2.7},
+                  {3.1, 2.2, 2.7},
+                  {1.2, 2.1, 2.7},
+                  {0.9, 3.1, 2.7},
+                  {2.4, 3.2, 2.7}});
+}
+
 struct MadePicture {
   SurveyPicture picture;
   std::vector<int> lamps;  // of the scene, for each blob

@@ -207,12 +207,7 @@ TEST(Survey, MapsPanelsWithTheirSides) {
 
 TEST(Survey, NamesPicturesOfAnotherRoom) {
   const Scene scene = uneven_room();
-  const Scene other = room_of({{0.5, 0.6, 2.7},
-                               {1.9, 0.9, 2.7},
-                               {3.1, 2.2, 2.7},
-                               {1.2, 2.1, 2.7},
-                               {0.9, 3.1, 2.7},
-                               {2.4, 3.2, 2.7}});
+  const Scene other = other_room();
   auto made = walk(scene, 12, 5);
   for (MadePicture& one : walk(other, 3, 9)) {
     one.picture.name = "other " + one.picture.name;

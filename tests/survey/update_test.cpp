@@ -297,13 +297,7 @@ TEST(UpdateMap, RefusesAPriorThatContradictsTheOnlyWay) {
 }
 
 TEST(UpdateMap, RefusesPicturesOfAnotherRoom) {
-  const Scene other = room_of({{0.5, 0.6, 2.7},
-                               {1.9, 0.9, 2.7},
-                               {3.1, 2.2, 2.7},
-                               {1.2, 2.1, 2.7},
-                               {0.9, 3.1, 2.7},
-                               {2.4, 3.2, 2.7}});
-  const auto found = update_of(ten_lamps(), other);
+  const auto found = update_of(ten_lamps(), other_room());
   EXPECT_EQ(found.status, Status::no_pose) << found.message;
   EXPECT_NE(found.message.find("this room"), std::string::npos);
   EXPECT_EQ(found->omissions.size(), 14u);

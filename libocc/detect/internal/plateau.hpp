@@ -17,6 +17,8 @@ namespace occ::internal::detect {
 /// the measured rim: minus the mean of z weighted with the blurred edge times its derivative.
 inline constexpr double level_depth = 0.564;
 
+inline constexpr double window_sigmas = 3;  ///< half width of a rim's profile [sigma of the blur]
+
 struct Polygon;
 
 /// Size of the dark middle of a ring lamp, relative to the ellipse of its outer rim: the part from

@@ -15,7 +15,6 @@
 
 namespace occ::internal::detect {
 
-inline constexpr double window_sigmas = 3;  ///< half width of a profile [sigma of the blur]
 inline constexpr double min_blur_px = 0.3, max_blur_px = 4;
 /// Max root mean square residual of the profiles beyond noise, over the plateau.
 inline constexpr double max_misfit = 0.05;

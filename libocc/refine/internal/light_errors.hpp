@@ -25,6 +25,9 @@ std::optional<std::vector<Blob>> with_errors_of_light(const Rigid3& cam_from_wor
                                                       const std::vector<Blob>& blobs,
                                                       const Scene& scene);
 
+/// True if the lamp's rim was measured and has grown because it is over-exposed.
+inline bool has_over_exposed_rim(const Blob& blob) { return blob.saturated && !blob.rim.empty(); }
+
 /// Blobs whose over-exposed rims are where they were without the predicted gradient; empty if there
 /// are none.
 std::optional<std::vector<Blob>> without_light_gradient(const Rigid3& cam_from_world,

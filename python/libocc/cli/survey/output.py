@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..._core import Camera, Lamp, LampShape, Scene, Sensor, Survey, SurveyScale, Trajectory
+from ..._core import Camera, Lamp, LampShape, MapUpdate, Scene, Sensor, Survey, SurveyScale, Trajectory
 from ...surveying import assumptions_of, joint_covariance_m2, known_precision, scene_of
 from ..calibration.figures import png_bytes
 from ..calibration.report import table
@@ -60,10 +60,33 @@ def sigma_of(lamp: Lamp) -> NDArray[np.float64]:
     return np.asarray(np.sqrt(own + (shared**2).sum(axis=0)))
 
 
-def omissions_of(found: Survey) -> list[dict[str, Any]]:
+def omissions_of(found: Survey | MapUpdate) -> list[dict[str, Any]]:
     return [
         {"picture": o.picture, "blob": None if o.blob < 0 else o.blob, "reason": o.reason} for o in found.omissions
     ]
+
+
+def omissions_table(found: Survey | MapUpdate) -> str:
+    """Table of the report: everything that is not used."""
+    rows = [(o.picture, "the picture" if o.blob < 0 else f"blob {o.blob}", o.reason) for o in found.omissions]
+    return "<h2>Not used</h2>" + (table(("picture", "part", "reason"), rows) if rows else "<p>nothing</p>")
+
+
+def omission_lines(found: Survey | MapUpdate) -> list[str]:
+    """Lines of the text output: pictures that are not used, then blobs."""
+    shown = [o for o in found.omissions if o.blob < 0] + [o for o in found.omissions if o.blob >= 0]
+    lines = [
+        f"not used: {o.picture}{'' if o.blob < 0 else f', blob {o.blob}'}: {o.reason}" for o in shown[:SHOWN_OMISSIONS]
+    ]
+    if len(shown) > SHOWN_OMISSIONS:
+        lines.append(f"not used: {len(shown) - SHOWN_OMISSIONS} more, see result.json")
+    return lines
+
+
+def plan_image(figure_png: bytes) -> str:
+    """The plan as an element of the report."""
+    image = base64.b64encode(figure_png).decode()
+    return f'<p><img alt="plan of the room" src="data:image/png;base64,{image}"></p>'
 
 
 def trajectory(found: Survey) -> bytes:
@@ -74,10 +97,6 @@ def trajectory(found: Survey) -> bytes:
 
 
 def sections_of(found: Survey, figure_png: bytes) -> list[str]:
-    image = base64.b64encode(figure_png).decode()
-    rows = [
-        (o.picture, "the picture" if o.blob < 0 else f"blob {o.blob}", o.reason) for o in found.omissions
-    ]
     lamps = [
         (
             s.lamp.id, s.pictures, size_text(s.lamp),
@@ -86,9 +105,9 @@ def sections_of(found: Survey, figure_png: bytes) -> list[str]:
         for s in found.lamps
     ]
     return [
-        f'<h2>Plan</h2><p><img alt="plan of the room" src="data:image/png;base64,{image}"></p>',
+        f"<h2>Plan</h2>{plan_image(figure_png)}",
         "<h2>Lamps</h2>" + table(("lamp", "pictures", f"size [{unit_of(found)}]", "sigma of the size"), lamps),
-        "<h2>Not used</h2>" + (table(("picture", "part", "reason"), rows) if rows else "<p>nothing</p>"),
+        omissions_table(found),
     ]
 
 
@@ -153,9 +172,4 @@ def text_lines(found: Survey, scene: Scene, pictures: int) -> list[str]:
         SurveyScale.odometry: "of the odometry",
     }[found.scale]
     lines.append(f"{used} of {pictures} pictures, sigma0 {found.sigma0:.3g}, scale {scale}")
-    shown = [o for o in found.omissions if o.blob < 0] + [o for o in found.omissions if o.blob >= 0]
-    for o in shown[:SHOWN_OMISSIONS]:
-        lines.append(f"not used: {o.picture}{'' if o.blob < 0 else f', blob {o.blob}'}: {o.reason}")
-    if len(shown) > SHOWN_OMISSIONS:
-        lines.append(f"not used: {len(shown) - SHOWN_OMISSIONS} more, see result.json")
-    return lines
+    return lines + omission_lines(found)

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Files and text of the update of a map."""
 
-import base64
 import math
 from html import escape
 from typing import Any
@@ -15,7 +14,7 @@ from ..calibration.figures import png_bytes
 from ..calibration.report import page, table
 from ..result_folder import ResultFolder, json_bytes
 from .figure import FATES, update_plan
-from .output import SHOWN_OMISSIONS
+from .output import omission_lines, omissions_of, omissions_table, plan_image
 
 SHOWN_WAYS = 8  # lines of the text output; the JSON has all
 
@@ -72,10 +71,7 @@ def update_data(found: MapUpdate, pictures: list[str], notes: list[str]) -> dict
         "lamps": [lamp_data(update, pictures) for update in found.lamps],
         "pictures": [{"name": name, "position_m": numbers(place)} for name, place in zip(names, places)],
         "ways": [way_data(way) for way in found.ways],
-        "omissions": [
-            {"picture": o.picture, "blob": None if o.blob < 0 else o.blob, "reason": o.reason}
-            for o in found.omissions
-        ],
+        "omissions": omissions_of(found),
     }
 
 
@@ -111,12 +107,7 @@ def text_lines(found: MapUpdate, data: dict[str, Any]) -> list[str]:
     lines = [lamp_line(update) for update in found.lamps]
     counts = [f"{sum(u.fate == fate for u in found.lamps)} {text}" for fate, (_, _, text) in FATES.items()]
     lines.append(f"{', '.join(counts)}; {len(data['pictures'])} of {len(found.cam_from_world)} pictures")
-    shown = sorted(data["omissions"], key=lambda o: o["blob"] is not None)
-    for o in shown[:SHOWN_OMISSIONS]:
-        lines.append(f"not used: {o['picture']}{'' if o['blob'] is None else ', blob %d' % o['blob']}: {o['reason']}")
-    if len(shown) > SHOWN_OMISSIONS:
-        lines.append(f"not used: {len(shown) - SHOWN_OMISSIONS} more, see result.json")
-    return lines + [f"warning: {text}" for text in data["warnings"]]
+    return lines + omission_lines(found) + [f"warning: {text}" for text in data["warnings"]]
 
 
 def failure_lines(found: MapUpdate, data: dict[str, Any]) -> list[str]:
@@ -131,7 +122,6 @@ def failure_lines(found: MapUpdate, data: dict[str, Any]) -> list[str]:
 
 
 def report(found: MapUpdate, data: dict[str, Any], png: bytes, title: str) -> bytes:
-    image = base64.b64encode(png).decode()
     rows = [
         (title_of(u), FATES[u.fate][2], f"{1e3 * np.linalg.norm(u.displacement_m):.1f}" if u.has_test else "",
          f"{1e3 * u.displacement_sigma_m:.2g}" if u.has_test else "", f"{u.statistic:.3g}" if u.has_test else "",
@@ -139,19 +129,14 @@ def report(found: MapUpdate, data: dict[str, Any], png: bytes, title: str) -> by
         for u in found.lamps
     ]
     head = ("lamp", "verdict", "displacement [mm]", "sigma [mm]", "chi-square", "seen", "missed", "evidence")
-    omissions = [
-        (o["picture"], "the picture" if o["blob"] is None else f"blob {o['blob']}", o["reason"])
-        for o in data["omissions"]
-    ]
     warnings = "".join(f"<li>{escape(text)}</li>" for text in data["warnings"])
     return page(title, [
         f"<h1>{escape(title)}</h1>", f"<ul>{warnings}</ul>" if warnings else "",
-        f'<p><img alt="plan of the room" src="data:image/png;base64,{image}"></p>',
+        plan_image(png),
         "<h2>Lamps</h2>", table(head, rows),
         f"<p>A lamp moved if its chi-square (3 degrees of freedom) exceeds {found.max_statistic:.3g}. "
         "Seen, missed: pictures that show the lamp, and that should and do not.</p>",
-        "<h2>Not used</h2>",
-        table(("picture", "part", "reason"), omissions) if omissions else "<p>nothing</p>",
+        omissions_table(found),
     ])
 
 
