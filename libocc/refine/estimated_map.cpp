@@ -30,8 +30,9 @@ LampContradiction contradiction_of(const std::vector<LampObservation>& lamps) {
 
 namespace {
 
-/// Smaller contradictions are those of single rim points as well, such as beams in front of a lamp.
-constexpr double min_contradiction = 25;
+/// Contradictions (LampContradiction::factor) below the larger limit can also come from single rim
+/// points, such as a beam in front of a lamp, and do not change the pose.
+constexpr double min_contradiction = 4, clear_contradiction = 25;
 
 double mean_distance_m(const Refined& refined, const Scene& scene) {
   double sum = 0;
@@ -51,21 +52,21 @@ bool is_by_rims(const Refined& refined) {
   return uses(Rung::rims, refined) && !uses(Rung::direct, refined);
 }
 
-/// True if the lamps contradict each other at this pose.
-bool have_contradictions(const Refined& refined, const std::vector<Match>& matches,
-                         const std::vector<Blob>& blobs, const Scene& scene,
-                         const RefineOptions& options) {
-  if (refined.variance_factor < min_contradiction) return false;  // contains that of the lamps
+/// LampContradiction::factor at this pose, by the rims; 1 if it is less than min_contradiction.
+double contradiction_at(const Refined& refined, const std::vector<Match>& matches,
+                        const std::vector<Blob>& blobs, const Scene& scene,
+                        const RefineOptions& options) {
+  if (refined.variance_factor < min_contradiction) return 1;  // contains that of the lamps
   Observations observations = observe(matches, blobs, scene, options);
   for (std::size_t i = 0; i < matches.size(); ++i)
     observations.lamps[i].contradicts = refined.lamps[i].contradicts;
   RefineProblem problem(observations, scene, options, Rung::rims);
   const State state{refined.cam_from_world, refined.rim_growth_px.value_or(0)};
   const Minimum minimum = minimise(problem, state, options.max_iterations, options.tolerance_px);
-  if (!minimum.defined) return false;
+  if (!minimum.defined) return 1;
   std::vector<LampObservation> lamps = observations.lamps;
   problem.report_own_chi2(minimum.state, lamps);
-  return contradiction_of(lamps).factor >= min_contradiction;
+  return contradiction_of(lamps).factor;
 }
 
 /// Standard deviations of errors of the map with their degrees of freedom.
@@ -134,6 +135,16 @@ void enlarge(double factor, Refined& refined) {
   refined.separation.position_covariance_m2 *= factor;
 }
 
+/// Enlarges the covariance by that of a fit with errors of the map, whose lamps have other weights.
+void add_covariance(const Matrix6& covariance, Refined& refined) {
+  const Matrix6 sum = refined.covariance + covariance;
+  const auto variance_m2 = [&](const Matrix6& of_pose) {
+    return position_covariance(refined.cam_from_world, of_pose).trace();
+  };
+  enlarge(variance_m2(sum) / variance_m2(refined.covariance), refined);
+  refined.covariance = sum;
+}
+
 /// Fit with errors of the sizes; empty unless the directions agree with each other much better than
 /// `map_sigma_m`, which is the misfit of directions and sizes.
 std::optional<Refined> with_errors_of_sizes(const Problem& problem, double map_sigma_m) {
@@ -191,11 +202,14 @@ Result<Refined> with_estimated_map(const Result<Refined>& exact, const std::vect
                                    const std::vector<Blob>& blobs, const Scene& scene,
                                    const RefineOptions& options) {
   const bool may_have_errors = options.model_sigma_px == 0 && std::isfinite(options.huber_sigma);
-  if (!exact.ok() || !may_have_errors || !is_by_rims(*exact) ||
-      !have_contradictions(*exact, matches, blobs, scene, options))
-    return exact;
+  if (!exact.ok() || !may_have_errors || !is_by_rims(*exact)) return exact;
+  const double contradiction = contradiction_at(*exact, matches, blobs, scene, options);
+  if (contradiction < min_contradiction) return exact;
   Result<Refined> result = exact;
-  if (auto estimated = with_errors_of_residuals({*exact, matches, blobs, scene, options})) {
+  auto estimated = with_errors_of_residuals({*exact, matches, blobs, scene, options});
+  if (contradiction < clear_contradiction) {
+    if (estimated) add_covariance(estimated->covariance, result.value);
+  } else if (estimated) {
     // The misfit of the scene as it is stated.
     estimated->chi2 = exact->chi2;
     estimated->dof = exact->dof;

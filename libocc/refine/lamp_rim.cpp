@@ -120,29 +120,35 @@ int LampRim::linearise(const State& state, const Eigen::Vector3d& pivot) {
   return lost_;
 }
 
-/// The most probable errors that move the lamp's centre to the measured centroid, or to the middle
-/// of the visible part of its rim.
-void LampRim::displace_by_centroid(const State& state) {
+/// The most probable errors that move the image of the lamp onto the blob: its centre to the
+/// centroid, or the predicted rim to the measured one, of which the image may show an arc only.
+void LampRim::displace(const State& state, const Eigen::Vector3d& pivot) {
+  constexpr int max_passes = 3;  // a long way from an arc is not linear
+  next_unit_error_.setZero();
   Eigen::Matrix<double, 2, 3> by_shift;
   const auto px = scene_.camera.project(state.cam_from_world * lamp_.lamp->centre_m, &by_shift);
-  next_unit_error_.setZero();
   if (!px) return;
-  const auto count = static_cast<double>(rows_.cols());
-  Eigen::Vector2d off_px = Eigen::Vector2d::Zero();
-  for (const RimPoint& point : lamp_.blob->rim)
-    off_px += scene_.camera.difference_px(point.px, *px) / count;
-  Eigen::Matrix2d covariance =
-      square(0.5 * lamp_.blob->ellipse.semi_major_px + 1) * Eigen::Matrix2d::Identity();
-  if (lamp_.has_centroid) {
-    off_px = scene_.camera.difference_px(lamp_.blob->centroid_px, *px);
-    covariance = lamp_.centroid_information.inverse();
-  }
   const Eigen::Matrix<double, 2, 3> by_errors =
       by_shift * state.cam_from_world.rotation * lamp_.errors->position_m.asDiagonal();
-  covariance += by_errors * by_errors.transpose();
-  LampError unit = LampError::Zero();
-  unit.segment<3>(3) = by_errors.transpose() * covariance.inverse() * off_px;
-  set_estimate(unit);
+  const auto move = [&](const Eigen::Vector2d& off_px, Eigen::Matrix2d covariance) {
+    covariance += by_errors * by_errors.transpose();
+    LampError unit = LampError::Zero();
+    unit.segment<3>(3) = by_errors.transpose() * covariance.inverse() * off_px;
+    set_estimate(unit);
+  };
+  if (lamp_.has_centroid) {
+    move(scene_.camera.difference_px(lamp_.blob->centroid_px, *px),
+         lamp_.centroid_information.inverse());
+    return;
+  }
+  for (int pass = 0; pass < max_passes; ++pass) {
+    linearise_rim(state, pivot);
+    const auto normals = rows_.middleRows<2>(9);  // over the standard deviations
+    const Eigen::Matrix2d spread =
+        normals * normals.transpose() + 1e-6 * Eigen::Matrix2d::Identity();
+    const Eigen::Vector2d left_px = spread.inverse() * normals * seen_.transpose();
+    move(by_errors * unit_error_.segment<3>(3) + left_px, spread.inverse());
+  }
 }
 
 /// Repeats the linearisation at the estimated errors of the lamp until they are stable, with the
@@ -151,12 +157,13 @@ void LampRim::follow_errors(const State& state, const Eigen::Vector3d& pivot,
                             const Eigen::VectorXd* weights) {
   if (is_stable(state, pivot, weights)) return;
   // The last estimate is too far from that of this state.
-  displace_by_centroid(state);
+  displace(state, pivot);
   linearise_rim(state, pivot);
   is_stable(state, pivot, weights);
 }
 
-/// False if the estimates are not stable after some passes, or if many rays miss the lamp there.
+/// False if the estimates are not stable after some passes, or at a limit, or if many rays miss the
+/// lamp there.
 bool LampRim::is_stable(const State& state, const Eigen::Vector3d& pivot,
                         const Eigen::VectorXd* weights) {
   constexpr int max_passes = 8;
@@ -174,7 +181,7 @@ bool LampRim::is_stable(const State& state, const Eigen::Vector3d& pivot,
     const LampError step = lamp_.errors->scaled(next_unit_error_) - error_;
     const double step_m = step.segment<3>(3).norm() +
                           lamp_.lamp->reach_m() * (step.head<3>().norm() + std::abs(step[6]));
-    if (step_m * px_per_m < stable_px) return lost_ <= max_lost;
+    if (step_m * px_per_m < stable_px) return lost_ <= max_lost && is_within_limits();
     linearise_rim(state, pivot);
   }
   return false;
@@ -294,6 +301,11 @@ Eigen::MatrixXd LampRim::eliminate(const Products& products) {
     LampError unit = estimate_.by_state.col(residual_index);
     if (errors > 0) unit += estimate_.by_state.rightCols(errors) * all_.shared_shift;
     set_estimate(unit);
+    if (next_unit_error_ != unit) {
+      Eigen::VectorXd pull = whitened.col(residual_index);
+      if (errors > 0) pull += whitened.rightCols(errors) * all_.shared_shift;
+      set_estimate(within_limits(information, pull));
+    }
   }
   return sums;
 }
@@ -301,13 +313,46 @@ Eigen::MatrixXd LampRim::eliminate(const Products& products) {
 /// Limits each error to six sigma, beyond which the rim would be linearised where the lamp is not.
 /// A shift is limited by the largest sigma of the axes: a small one, as of a known height, would
 /// keep the lamp from its image while the pose is not yet right.
-void LampRim::set_estimate(const LampError& unit) {
+LampError LampRim::limits() const {
   constexpr double max_sigmas = 6;
   LampError limits = LampError::Constant(max_sigmas);
   const Eigen::Vector3d& sigmas_m = lamp_.errors->position_m;
   for (int axis = 0; axis < 3; ++axis)
     if (sigmas_m[axis] > 0) limits[3 + axis] *= sigmas_m.maxCoeff() / sigmas_m[axis];
-  next_unit_error_ = unit.cwiseMax(-limits).cwiseMin(limits);
+  return limits;
+}
+
+/// Minimum of x^T I x / 2 + p^T x, of which the last seven values, the errors of the lamp, are
+/// within their limits. Values at a limit are held there, since the others follow from them: a lamp
+/// that is moved less far away than it should be would appear beside its image.
+LampError LampRim::within_limits(Eigen::MatrixXd information, Eigen::VectorXd pull) const {
+  constexpr int max_rounds = 3;
+  const LampError limit = limits();
+  LampError unit;
+  for (int round = 0; round < max_rounds; ++round) {
+    unit = -core::solve_llt(information, pull).tail<7>();
+    const LampError held = unit.cwiseMax(-limit).cwiseMin(limit);
+    if (held == unit) break;
+    for (int k = 0; k < 7; ++k) {
+      if (held[k] == unit[k]) continue;
+      const Eigen::Index i = pull.size() - 7 + k;
+      pull += information.col(i) * held[k];
+      information.row(i).setZero();
+      information.col(i).setZero();
+      information(i, i) = 1;
+      pull[i] = -held[k];
+    }
+  }
+  return unit;
+}
+
+bool LampRim::is_within_limits() const {
+  return (next_unit_error_.array().abs() < limits().array()).all();
+}
+
+void LampRim::set_estimate(const LampError& unit) {
+  const LampError limit = limits();
+  next_unit_error_ = unit.cwiseMax(-limit).cwiseMin(limit);
 }
 
 void LampRim::add_to(PoseNormalEquations& normal, SharedSums* shared) {

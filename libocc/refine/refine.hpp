@@ -34,11 +34,12 @@
 // (the a posteriori variance of unit weight). Errors of map and camera that are not stated are one
 // for each lamp, however many points its rim has. So a second factor compares the lamps as wholes:
 // the reductions of chi2 if each lamp alone is moved, over their number of coordinates less the six
-// of the pose; the larger factor counts. If it is significant and all lamps have rims, the fit is
+// of the pose; the larger factor counts. If all lamps have rims and it exceeds 25, the fit is
 // repeated with errors of the map whose standard deviations are estimated
-// (Refined::estimated_map_sigma_m, estimated_size_sigma). Both factors are enlarged for few lamps,
-// so that three sigma are those of Student's distribution. The covariance includes the second-order
-// effect of a rotation about distant lamps on the translation (arc_moment).
+// (Refined::estimated_map_sigma_m, estimated_size_sigma); from 4 on, the covariance of such a fit
+// is added to that of the pose. Both factors are enlarged for few lamps, so that three sigma are
+// those of Student's distribution. The covariance includes the second-order effect of a rotation
+// about distant lamps on the translation (arc_moment).
 #pragma once
 
 #include <optional>

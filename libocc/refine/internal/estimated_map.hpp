@@ -16,7 +16,8 @@ LIBOCC_API Result<Refined> refine_as_stated(const Rigid3& start, const std::vect
 
 /// The result of refine_as_stated(), or the fit with estimated errors of the map
 /// (Refined::estimated_map_sigma_m) if lamps with rims contradict each other by more than five of
-/// their stated sigmas on average.
+/// their stated sigmas on average. If they do so by two to five sigmas, the pose is that of
+/// refine_as_stated(), and its covariance is increased by that of the fit.
 LIBOCC_API Result<Refined> with_estimated_map(const Result<Refined>& exact,
                                               const std::vector<Match>& matches,
                                               const std::vector<Blob>& blobs, const Scene& scene,

@@ -63,11 +63,14 @@ class LampRim {
                      const Eigen::VectorXd* weights);
   bool is_stable(const State& state, const Eigen::Vector3d& pivot, const Eigen::VectorXd* weights);
   void predict_errors(const State& state);
-  void displace_by_centroid(const State& state);
+  void displace(const State& state, const Eigen::Vector3d& pivot);
   int linearise_rim(const State& state, const Eigen::Vector3d& pivot);
   void step_back();
   Products weighted_products();
   Eigen::MatrixXd eliminate(const Products& products);
+  LampError limits() const;
+  bool is_within_limits() const;
+  LampError within_limits(Eigen::MatrixXd information, Eigen::VectorXd pull) const;
   void set_estimate(const LampError& unit);
   void add_with_errors(Eigen::MatrixXd sums, PoseNormalEquations& normal, SharedSums* shared);
   double robust_excess() const;
