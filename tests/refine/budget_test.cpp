@@ -247,13 +247,13 @@ TEST_F(LocateBudget, TooLittleTimeGetsTheCheapestWithAStatus) {
   options.budget_s = 1e-9;
   // A busy machine may leave the search for poses no time at all; then the message says so.
   Result<Fix> fix = located(options);
-  for (int attempt = 0; attempt < 100 && fix->cut_short; ++attempt) {
-    EXPECT_TRUE(fix.status == Status::budget_not_met || fix.status == Status::no_pose);
+  for (int attempt = 0; attempt < 100 && fix.status == Status::no_pose; ++attempt) {
+    EXPECT_TRUE(fix->cut_short);
     EXPECT_NE(fix.message.find("the search"), std::string::npos) << fix.message;
     fix = located(options);
   }
   EXPECT_EQ(fix.status, Status::budget_not_met);
-  EXPECT_EQ(fix.message.substr(0, fix.message.find(", with")), fix->choice->reason);
+  EXPECT_EQ(fix.message.find(fix->choice->reason), 0u) << fix.message;
   EXPECT_NE(fix.message.find("the budget is spent"), std::string::npos) << fix.message;
   EXPECT_EQ(fix->choice->rung, Rung::points);
   EXPECT_LT((fix->position_m - truth_.origin_in_source()).norm(), 0.02);

@@ -161,6 +161,22 @@ TEST(SystematicErrors, PoseFilterIsConsistentAtRest) {
   EXPECT_LT(sum / runs, 1.3);
 }
 
+TEST(SystematicErrors, AnOutlierIsRejectedAndChangesNothing) {
+  const Rigid3 body{Eigen::Matrix3d::Identity(), {1, 2, 3}};
+  std::mt19937_64 random(2);
+  occ::PoseFilter filter, untouched;
+  filter.start(0, body, 1e-4 * Matrix6::Identity());
+  untouched.start(0, body, 1e-4 * Matrix6::Identity());
+  PoseObservation outlier = observed(0.1, mount() * Rigid3{body.rotation, {1, 2, 4}}, random);
+  add_errors(mount_sigmas(), outlier);
+  const occ::FilterUpdate update = filter.add(outlier);
+  EXPECT_FALSE(update.accepted());
+  EXPECT_GT(update.nis, 50);
+  const auto after = filter.at(0.1), before = untouched.at(0.1);
+  EXPECT_LT(difference(after->body_from_world, before->body_from_world).norm(), 1e-12);
+  EXPECT_TRUE(after->covariance.isApprox(before->covariance, 1e-12));
+}
+
 TEST(SystematicErrors, ErrorsOfVarianceZeroChangeNothing) {
   const Rigid3 body{Eigen::Matrix3d::Identity(), {1, 2, 3}};
   std::mt19937_64 random(1);

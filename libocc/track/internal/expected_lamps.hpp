@@ -57,8 +57,8 @@ std::vector<PixelWindow> windows_of(const std::vector<ExpectedLamp>& expected, c
 /// Deletes the references `before` of lamps that may have changed for a good reason: those that
 /// blink. The contrast of all others is scaled by the median ratio of the blobs in the gates, if at
 /// least three lamps have one: a camera that changes its exposure changes all lamps.
-void adapt_looks(std::vector<ExpectedLamp>& expected, const std::vector<Blob>& blobs,
-                 const Scene& scene, double gate_sigma);
+LIBOCC_API void adapt_looks(std::vector<ExpectedLamp>& expected, const std::vector<Blob>& blobs,
+                            const Scene& scene, double gate_sigma);
 
 /// Assigns at most one blob to each lamp, nearest pairs first, within the gate. A lamp with two
 /// similarly near blobs stays unassigned. A blob is compared with the lamp in the images before, if
