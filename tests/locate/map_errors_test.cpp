@@ -17,7 +17,7 @@ namespace {
 
 struct Tally {
   int ok = 0, not_converged = 0, wrong = 0;
-  double nees = 0;  ///< of the positions, sum
+  double nees = 0;  ///< sum of the normalised squared errors of the positions
   std::string failed;
 };
 
