@@ -52,7 +52,7 @@ bool is_by_rims(const Refined& refined) {
   return uses(Rung::rims, refined) && !uses(Rung::direct, refined);
 }
 
-/// LampContradiction::factor at this pose, by the rims; 1 if it is less than min_contradiction.
+/// LampContradiction::factor at this pose, by the rims; 1 if it cannot reach min_contradiction.
 double contradiction_at(const Refined& refined, const std::vector<Match>& matches,
                         const std::vector<Blob>& blobs, const Scene& scene,
                         const RefineOptions& options) {

@@ -144,10 +144,12 @@ void LampRim::displace(const State& state, const Eigen::Vector3d& pivot) {
   for (int pass = 0; pass < max_passes; ++pass) {
     linearise_rim(state, pivot);
     const auto normals = rows_.middleRows<2>(9);  // over the standard deviations
+    constexpr double information_per_px2 = 1e-6;  // where all points are lost
     const Eigen::Matrix2d spread =
-        normals * normals.transpose() + 1e-6 * Eigen::Matrix2d::Identity();
-    const Eigen::Vector2d left_px = spread.inverse() * normals * seen_.transpose();
-    move(by_errors * unit_error_.segment<3>(3) + left_px, spread.inverse());
+        normals * normals.transpose() + information_per_px2 * Eigen::Matrix2d::Identity();
+    const Eigen::Matrix2d covariance_px2 = spread.inverse();
+    const Eigen::Vector2d left_px = covariance_px2 * normals * seen_.transpose();
+    move(by_errors * unit_error_.segment<3>(3) + left_px, covariance_px2);
   }
 }
 
@@ -304,7 +306,7 @@ Eigen::MatrixXd LampRim::eliminate(const Products& products) {
     if (next_unit_error_ != unit) {
       Eigen::VectorXd pull = whitened.col(residual_index);
       if (errors > 0) pull += whitened.rightCols(errors) * all_.shared_shift;
-      set_estimate(within_limits(information, pull));
+      set_estimate(within_limits(unit, information, pull));
     }
   }
   return sums;
@@ -322,15 +324,15 @@ LampError LampRim::limits() const {
   return limits;
 }
 
-/// Minimum of x^T I x / 2 + p^T x, of which the last seven values, the errors of the lamp, are
-/// within their limits. Values at a limit are held there, since the others follow from them: a lamp
-/// that is moved less far away than it should be would appear beside its image.
-LampError LampRim::within_limits(Eigen::MatrixXd information, Eigen::VectorXd pull) const {
-  constexpr int max_rounds = 3;
+/// The errors of the lamp within their limits: the last seven values of the minimum of
+/// x^T I x / 2 + p^T x, which are `unit` without limits. Values at a limit are held there, since
+/// the others follow from them: a lamp that is moved less far away than it should be would appear
+/// beside its image.
+LampError LampRim::within_limits(LampError unit, Eigen::MatrixXd information,
+                                 Eigen::VectorXd pull) const {
+  constexpr int max_rounds = 2;
   const LampError limit = limits();
-  LampError unit;
   for (int round = 0; round < max_rounds; ++round) {
-    unit = -core::solve_llt(information, pull).tail<7>();
     const LampError held = unit.cwiseMax(-limit).cwiseMin(limit);
     if (held == unit) break;
     for (int k = 0; k < 7; ++k) {
@@ -342,6 +344,7 @@ LampError LampRim::within_limits(Eigen::MatrixXd information, Eigen::VectorXd pu
       information(i, i) = 1;
       pull[i] = -held[k];
     }
+    unit = -core::solve_llt(information, pull).tail<7>();
   }
   return unit;
 }

@@ -110,29 +110,24 @@ Minimum minimise_by_rims(const State& start, Observations& observations, const S
     if (by_centroids.converged) near = by_centroids.state;
   }
   if (observations.rims_grow) near.growth_px = typical_growth_px(near, observations);
-  const auto minimise_from = [&](const State& state, std::vector<LampObservation>& lamps) {
-    RefineProblem problem(observations, scene, options, Rung::rims);
-    const Minimum minimum = minimise(problem, state, options.max_iterations, tolerance_px);
-    for (std::size_t i = 0; i < lamps.size(); ++i)
-      if (lamps[i].errors) lamps[i].unit_error = problem.lamp_error(i);
-    problem.report_own_chi2(minimum.state, lamps);
+  const auto report = [&](const RefineProblem& problem, const Minimum& minimum) {
+    for (std::size_t i = 0; i < observations.lamps.size(); ++i)
+      if (observations.lamps[i].errors) observations.lamps[i].unit_error = problem.lamp_error(i);
+    problem.report_own_chi2(minimum.state, observations.lamps);
     return minimum;
   };
-  std::vector<LampObservation> lamps = observations.lamps;
-  Minimum minimum = minimise_from(near, lamps);
-  // Few centroids follow the errors of the map, and may lead away from the pose.
-  const bool errors = std::any_of(lamps.begin(), lamps.end(),
-                                  [](const LampObservation& lamp) { return bool(lamp.errors); });
+  RefineProblem problem(observations, scene, options, Rung::rims);
+  const Minimum minimum = minimise(problem, near, options.max_iterations, tolerance_px);
+  const bool errors =
+      std::any_of(observations.lamps.begin(), observations.lamps.end(),
+                  [](const LampObservation& lamp) { return lamp.errors.has_value(); });
   if (!minimum.converged && errors) {
-    std::vector<LampObservation> other_lamps = observations.lamps;
-    Minimum other = minimise_from(start, other_lamps);
-    if (other.converged) {
-      minimum = std::move(other);
-      lamps = std::move(other_lamps);
-    }
+    // Few centroids follow the errors of the map, and may lead away from the pose.
+    RefineProblem again(observations, scene, options, Rung::rims);
+    const Minimum other = minimise(again, start, options.max_iterations, tolerance_px);
+    if (other.converged) return report(again, other);
   }
-  observations.lamps = std::move(lamps);
-  return minimum;
+  return report(problem, minimum);
 }
 
 /// Start value for the direct rung, from centroids alone if their redundancy is sufficient.

@@ -70,7 +70,7 @@ class LampRim {
   Eigen::MatrixXd eliminate(const Products& products);
   LampError limits() const;
   bool is_within_limits() const;
-  LampError within_limits(Eigen::MatrixXd information, Eigen::VectorXd pull) const;
+  LampError within_limits(LampError unit, Eigen::MatrixXd information, Eigen::VectorXd pull) const;
   void set_estimate(const LampError& unit);
   void add_with_errors(Eigen::MatrixXd sums, PoseNormalEquations& normal, SharedSums* shared);
   double robust_excess() const;
