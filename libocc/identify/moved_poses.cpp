@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "libocc/core/statistics.hpp"
+#include "libocc/identify/internal/assignment_evidence.hpp"
 #include "libocc/identify/internal/last_pose.hpp"
 #include "libocc/identify/internal/search.hpp"
 

@@ -452,18 +452,19 @@ Result<Refined> internal::refine::refine_as_stated(const Rigid3& start,
   const bool over_exposed = std::any_of(matches.begin(), matches.end(), [&](const Match& match) {
     return has_over_exposed_rim(blobs[static_cast<std::size_t>(match.blob)]);
   });
-  RefineOptions used = options;
   if (result.status == Status::not_converged && over_exposed && uses_rims(options.rung) &&
       !is_exact(scene)) {
-    used.rung = Rung::centres;
-    Result<Refined> centres = refine_with(start, matches, blobs, scene, used, nullptr);
+    RefineOptions by_centres = options;
+    by_centres.rung = Rung::centres;
+    Result<Refined> centres = refine_with(start, matches, blobs, scene, by_centres, nullptr);
     if (!centres.ok()) return result;
     centres.message =
         "the rims of over-exposed lamps do not converge with the stated errors: only their centres "
         "are used";
-    result = std::move(centres);
+    add_error_of_light(matches, blobs, scene, by_centres, image, centres);
+    return centres;
   }
-  add_error_of_light(matches, blobs, scene, used, image, result);
+  add_error_of_light(matches, blobs, scene, options, image, result);
   return result;
 }
 
