@@ -14,6 +14,11 @@
 namespace occ::internal::pose {
 namespace {
 
+// Samples almost as good as the best one are improved as well, one in so many iterations: the best
+// one may be between two poses.
+constexpr float near_cost = 2;
+constexpr int iterations_per_near = 1024;
+
 // Misfit of a pose to its own sample; the other points rank the poses.
 constexpr double sample_tolerance_rad = 0.05;
 
@@ -54,9 +59,14 @@ class Search {
       const int count = options_.up_in_cam ? solve_two() : solve_three();
       for (int i = 0; i < count; ++i) {
         const Rigid3& pose = poses_[i];
-        const float cost = cost_of_(pose, bar_);
-        if (!(cost < bar_)) continue;
-        bar_ = cost;
+        const float cost = cost_of_(pose, bar_ + near_cost);
+        if (!(cost < bar_ + near_cost)) continue;
+        if (cost < bar_)
+          bar_ = cost;
+        else if ((near_samples_ + 1) * iterations_per_near <= best_.iterations)
+          ++near_samples_;
+        else
+          continue;
         improve(pose);
         needed = needed_for(std::max(options_.min_inliers, static_cast<int>(best_.inliers.size())));
       }
@@ -134,7 +144,6 @@ class Search {
     best_.cost = cost;
     best_.pose = pose;
     best_.inliers = indices;
-    bar_ = std::min(bar_, cost_of_(pose, bar_));
   }
 
   const Eigen::Matrix3Xd& points_;
@@ -144,7 +153,10 @@ class Search {
   ConsensusCost cost_of_;
   Random random_;
   int sample_size_;
-  float bar_;  // cost of the best pose so far, with the wide gate
+  // Cost of the best sample so far, with the wide gate. An improved pose would hide samples of
+  // another one that has more inliers, but whose samples carry more noise.
+  float bar_;
+  int near_samples_ = 0;  // improved
   Consensus best_;
   std::array<int, 3> sample_{};
   std::array<Rigid3, 4> poses_;

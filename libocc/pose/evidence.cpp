@@ -12,10 +12,17 @@
 namespace occ::internal::pose {
 namespace {
 
-/// Errors of camera and map over PoseEvidence::model_sigma_px, and their probabilities: calibrated,
-/// typical, uncalibrated, poor.
-constexpr std::array<double, 4> model_sigmas = {0, 0.3, 1, 4};
-constexpr std::array<double, 4> model_shares = {0.3, 0.3, 0.3, 0.1};
+/// Standard deviations of the errors of camera and map, and their probability.
+struct ModelErrors {
+  double over_typical;  ///< over PoseEvidence::model_sigma_px
+  double size;          ///< relative, common to all lamps
+  double share;         ///< probability
+};
+
+/// Calibrated, typical, uncalibrated, poor; and typical with wrong sizes.
+constexpr std::array<ModelErrors, 5> model_errors = {
+    {{0, 0, 0.3}, {0.3, 0, 0.3}, {1, 0, 0.28}, {4, 0, 0.1}, {0.3, 0.15, 0.02}}};
+constexpr std::size_t min_lamps_of_wrong_size = 4;
 
 /// Beta prior of the rate of dark lamps: low rates are more probable, but any is possible.
 constexpr double dark = 1, lit = 2;
@@ -47,11 +54,14 @@ double log_counts(const PoseEvidence& pose) {
 /// Errors of camera and map move a rim, but hardly deform it.
 constexpr double share_of_shape = 0.3;
 
-/// Sums of residuals that are linear in the pose.
+/// Sums of residuals that are linear in the pose and in the common relative error of the sizes.
 struct PoseSums {
   Matrix6 information = Matrix6::Zero();
   Vector6 gradient = Vector6::Zero();
   double chi2 = 0;
+  double size_sigma = 0;  ///< of the error of the sizes; 0: there is none
+  double size_information = 0, size_gradient = 0;
+  Vector6 size_by_pose = Vector6::Zero();
 
   template <class Residual, class ByPose, class Weight>
   void add(const Residual& residual, const ByPose& by_pose, const Weight& weight) {
@@ -59,8 +69,28 @@ struct PoseSums {
     gradient += by_pose.transpose() * (weight * residual);
     chi2 += residual.dot(weight * residual);
   }
-  /// ln of the integral of e^(-chi2/2) over the pose.
+  template <class Residual, class ByPose, class Weight>
+  void add(const Residual& residual, const ByPose& by_pose, const Residual& by_size,
+           const Weight& weight) {
+    add(residual, by_pose, weight);
+    if (size_sigma == 0) return;
+    size_information += by_size.dot(weight * by_size);
+    size_gradient += by_size.dot(weight * residual);
+    size_by_pose += by_pose.transpose() * (weight * by_size);
+  }
+  /// ln of the integral of e^(-chi2/2) over the pose, and over the normal density of the error of
+  /// the sizes.
   double log_integral() const {
+    if (size_sigma == 0) return log_integral(information, gradient, chi2);
+    const double variance = square(size_sigma), sum = size_information + 1 / variance;
+    return log_integral(information - size_by_pose * size_by_pose.transpose() / sum,
+                        gradient - size_by_pose * (size_gradient / sum),
+                        chi2 - square(size_gradient) / sum) -
+           0.5 * std::log(sum * variance);
+  }
+
+ private:
+  static double log_integral(const Matrix6& information, const Vector6& gradient, double chi2) {
     const core::Cholesky<Matrix6> root(information);
     return 3 * std::log(2 * pi) - 0.5 * root.log_determinant() -
            0.5 * std::max(0.0, chi2 - gradient.dot(root.solve(gradient)));
@@ -69,10 +99,11 @@ struct PoseSums {
 
 /// Density of the poses before their places are compared: wide in all directions, times the prior
 /// without the part `wrong` (-1: none) and the shapes.
-PoseSums before_places(const PoseEvidence& pose, double model_sigma_px, int wrong) {
+PoseSums before_places(const PoseEvidence& pose, const ModelErrors& errors, int wrong) {
   const double length_m = std::cbrt(pose.volume_m3);
   const double information = 3 / (pi * pi) / square(std::cbrt(pose.rotations));
   PoseSums sums;
+  sums.size_sigma = errors.size;
   sums.information.diagonal() << Eigen::Vector3d::Constant(information),
       Eigen::Vector3d::Constant(12 / (length_m * length_m));
   for (int i = 0; i < static_cast<int>(pose.prior.size()); ++i) {
@@ -83,16 +114,16 @@ PoseSums before_places(const PoseEvidence& pose, double model_sigma_px, int wron
   }
   for (const SeenLamp& lamp : pose.lamps) {
     if (std::isinf(lamp.shape_sigma_px)) continue;
-    const double model_px = share_of_shape * model_sigma_px;
+    const double model_px = share_of_shape * errors.over_typical * pose.model_sigma_px;
     const double variance_px2 = square(lamp.shape_sigma_px) + square(model_px) + min_variance_px2;
     const Eigen::Matrix3d weight = Eigen::Matrix3d::Identity() / variance_px2;
-    sums.add(lamp.shape_residual_px, lamp.shape_by_pose, weight);
+    sums.add(lamp.shape_residual_px, lamp.shape_by_pose, lamp.shape_by_size, weight);
   }
   return sums;
 }
 
 /// ln of the integral of before_places() for each size of the errors of camera and map.
-using Integrals = std::array<double, model_sigmas.size()>;
+using Integrals = std::array<double, model_errors.size()>;
 
 /// Poses of one assignment. The density of the pose before the places are compared is the same for
 /// all of them, so it has one integral, which is taken where it is largest.
@@ -101,17 +132,16 @@ Integrals log_integrals_before(const std::vector<PoseEvidence>& group, int wrong
   largest.fill(-infinity);
   for (const PoseEvidence& pose : group)
     for (std::size_t i = 0; i < largest.size(); ++i)
-      largest[i] = std::max(
-          largest[i],
-          before_places(pose, model_sigmas[i] * pose.model_sigma_px, wrong).log_integral());
+      largest[i] = std::max(largest[i], before_places(pose, model_errors[i], wrong).log_integral());
   return largest;
 }
 
 /// ln of the evidence of the places, for one size of the errors of camera and map: the integral of
 /// the density of the pose times that of the centroids, over the integral of the former.
-double log_places(const PoseEvidence& pose, double model_sigma_px, int wrong,
+double log_places(const PoseEvidence& pose, const ModelErrors& errors, int wrong,
                   double log_integral_before) {
-  PoseSums sums = before_places(pose, model_sigma_px, wrong);
+  const double model_sigma_px = errors.over_typical * pose.model_sigma_px;
+  PoseSums sums = before_places(pose, errors, wrong);
   double log = pose.log_appearance - log_integral_before;
   for (const SeenLamp& lamp : pose.lamps) {
     const Eigen::Matrix2d s = lamp.covariance_px2 + (square(model_sigma_px) + min_variance_px2) *
@@ -123,7 +153,7 @@ double log_places(const PoseEvidence& pose, double model_sigma_px, int wrong,
     const Eigen::Matrix2d s =
         corner.covariance_px2 +
         (square(share_of_shape * model_sigma_px) + min_variance_px2) * Eigen::Matrix2d::Identity();
-    sums.add(corner.residual_px, corner.by_pose, Eigen::Matrix2d(s.inverse()));
+    sums.add(corner.residual_px, corner.by_pose, corner.by_size, Eigen::Matrix2d(s.inverse()));
     log -= std::log(2 * pi) + 0.5 * std::log(s.determinant());
   }
   return log + sums.log_integral();
@@ -132,9 +162,11 @@ double log_places(const PoseEvidence& pose, double model_sigma_px, int wrong,
 /// Mean of the evidence of the places over the sizes of the errors.
 double log_places(const PoseEvidence& pose, int wrong, const Integrals& before) {
   std::vector<double> terms;
-  for (std::size_t i = 0; i < model_sigmas.size(); ++i)
-    terms.push_back(std::log(model_shares[i]) +
-                    log_places(pose, model_sigmas[i] * pose.model_sigma_px, wrong, before[i]));
+  for (std::size_t i = 0; i < model_errors.size(); ++i) {
+    const ModelErrors& errors = model_errors[i];
+    if (errors.size > 0 && pose.lamps.size() < min_lamps_of_wrong_size) continue;
+    terms.push_back(std::log(errors.share) + log_places(pose, errors, wrong, before[i]));
+  }
   return log_sum(terms);
 }
 

@@ -34,6 +34,9 @@ namespace {
 /// points, such as a beam in front of a lamp, and do not change the pose.
 constexpr double min_contradiction = 4, clear_contradiction = 25;
 
+/// Largest estimated error of the map, over the distance.
+constexpr double max_map_error = 0.01;
+
 double mean_distance_m(const Refined& refined, const Scene& scene) {
   double sum = 0;
   for (const LampResidual& lamp : refined.lamps)
@@ -156,9 +159,10 @@ std::optional<Refined> with_errors_of_sizes(const Problem& problem, double map_s
   if (directions.dof < min_dof) return std::nullopt;
   const double much_better = student_quantile(1 - by_chance / 2, directions.dof);
   if (much_better * directions.map_sigma_m > map_sigma_m) return std::nullopt;
-  const Result<Refined> free = problem.fit(Rung::rims, {0, free_size});
+  const Rigid3& start = centroids->cam_from_world;
+  const Result<Refined> free = problem.fit(Rung::rims, {0, free_size}, start);
   if (!free.ok()) return std::nullopt;
-  Result<Refined> result = problem.fit(Rung::rims, {0, rms_size_error(*free)});
+  Result<Refined> result = problem.fit(Rung::rims, {0, rms_size_error(*free)}, start);
   if (!result.ok()) return std::nullopt;
   result.value.estimated_size_sigma = rms_size_error(*free);
   enlarge(std::max(few_lamps_factor(directions.dof), centroids->variance_factor), result.value);
@@ -170,9 +174,10 @@ std::optional<Refined> with_errors_of_sizes(const Problem& problem, double map_s
 /// residuals of a least-squares fit of their positions. Over-exposed rims may be given up in it for
 /// the centroids. Empty if the errors are larger or not determined.
 std::optional<Refined> with_errors_of_residuals(const Problem& problem) {
-  const double max_sigma_m = 0.01 * mean_distance_m(problem.exact, problem.scene);
+  const double max_sigma_m = max_map_error * mean_distance_m(problem.exact, problem.scene);
   const Result<Refined> loose = problem.fit(Rung::rims, {max_sigma_m});
-  if (!loose.ok() || uses(Rung::direct, *loose)) return std::nullopt;
+  if (!loose.ok()) return with_errors_of_sizes(problem, max_sigma_m);
+  if (uses(Rung::direct, *loose)) return std::nullopt;
   const EstimatedErrors errors = errors_of_positions(*loose, problem.scene);
   if (errors.dof < 1 || !(errors.map_sigma_m > 0)) return std::nullopt;
   if (auto sized = with_errors_of_sizes(problem, errors.map_sigma_m)) return sized;
@@ -185,6 +190,14 @@ std::optional<Refined> with_errors_of_residuals(const Problem& problem) {
   result.value.estimated_map_sigma_m = errors.map_sigma_m;
   enlarge(few_lamps_factor(errors.dof), result.value);
   return std::move(result.value);
+}
+
+/// The fit, with the misfit of the scene as it is stated.
+Refined with_misfit_of(const Refined& exact, Refined fit) {
+  fit.chi2 = exact.chi2;
+  fit.dof = exact.dof;
+  fit.variance_factor = exact.variance_factor;
+  return fit;
 }
 
 }  // namespace
@@ -202,7 +215,8 @@ Result<Refined> with_estimated_map(const Result<Refined>& exact, const std::vect
                                    const std::vector<Blob>& blobs, const Scene& scene,
                                    const RefineOptions& options) {
   const bool may_have_errors = options.model_sigma_px == 0 && std::isfinite(options.huber_sigma);
-  if (!exact.ok() || !may_have_errors || !is_by_rims(*exact)) return exact;
+  if (!exact.ok() || !may_have_errors || !is_by_rims(*exact) || exact->estimated_size_sigma)
+    return exact;
   const double contradiction = contradiction_at(*exact, matches, blobs, scene, options);
   if (contradiction < min_contradiction) return exact;
   Result<Refined> result = exact;
@@ -210,11 +224,7 @@ Result<Refined> with_estimated_map(const Result<Refined>& exact, const std::vect
   if (contradiction < clear_contradiction) {
     if (estimated) add_covariance(estimated->covariance, result.value);
   } else if (estimated) {
-    // The misfit of the scene as it is stated.
-    estimated->chi2 = exact->chi2;
-    estimated->dof = exact->dof;
-    estimated->variance_factor = exact->variance_factor;
-    result.value = *std::move(estimated);
+    result.value = with_misfit_of(*exact, *std::move(estimated));
   } else {
     // No covariance describes the error of this pose.
     result.status = Status::not_converged;
@@ -223,6 +233,17 @@ Result<Refined> with_estimated_map(const Result<Refined>& exact, const std::vect
         "map, the radii, the camera, and which lamp is which";
   }
   return result;
+}
+
+std::optional<Refined> with_estimated_sizes(const Refined& exact, const std::vector<Match>& matches,
+                                            const std::vector<Blob>& blobs, const Scene& scene,
+                                            const RefineOptions& options) {
+  constexpr double max_size = 0.2;
+  if (options.model_sigma_px > 0 || !is_by_rims(exact)) return std::nullopt;
+  auto sized = with_errors_of_sizes({exact, matches, blobs, scene, options},
+                                    max_map_error * mean_distance_m(exact, scene));
+  if (!sized || !(*sized->estimated_size_sigma <= max_size)) return std::nullopt;
+  return with_misfit_of(exact, *std::move(sized));
 }
 
 }  // namespace occ::internal::refine

@@ -27,6 +27,8 @@ constexpr double saturated_sigma_px = 0.05;
 constexpr double brightness_sigma = 0.5;
 constexpr double own_growth_sigma_px = 0.3;  // if the blob has no light response
 
+constexpr double min_soft_growth_px = 0.3;  // smaller growths of soft edges are noise
+
 void check_match(const Match& match, std::size_t lamp_count, std::size_t blob_count) {
   const auto inside = [](int i, std::size_t n) {
     return i >= 0 && static_cast<std::size_t>(i) < n;
@@ -54,6 +56,21 @@ double own_growth_variance_px2(const Blob& blob) {
   const double size_px = 0.5 * (blob.ellipse.semi_major_px + blob.ellipse.semi_minor_px);
   const double response_px = 0.5 * blob.light_response_px2.trace() / size_px;  // to ln of light
   return std::pow(response_px > 0 ? brightness_sigma * response_px : own_growth_sigma_px, 2);
+}
+
+/// A disc that dims towards its rim seems to be a smaller one, whose centre is also seen elsewhere:
+/// the growth of its rim is an error of the lamp's size.
+void observe_softness(LampObservation& observation) {
+  const Blob& blob = *observation.blob;
+  double& variance_px2 = observation.common_covariance_px2(0, 0);
+  if (observation.lamp->shape != LampShape::disc || blob.rim.empty() || blob.saturated ||
+      blob.striped || !(variance_px2 > square(min_soft_growth_px)))
+    return;
+  const double relative_variance =
+      variance_px2 / (blob.ellipse.semi_major_px * blob.ellipse.semi_minor_px);
+  if (!observation.errors) observation.errors = LampErrors();
+  observation.errors->size = std::sqrt(square(observation.errors->size) + relative_variance);
+  variance_px2 = 0;
 }
 
 /// True if the rim was measured as one of the lamp's shape. A small rectangle can have the rim of
@@ -256,6 +273,7 @@ Observations observe(const std::vector<Match>& matches, const std::vector<Blob>&
     observation.errors = errors_of(lamp, scene);
     const double model_variance = options.model_sigma_px * options.model_sigma_px;
     observation.common_covariance_px2 = blob.rim_covariance_px2;
+    observe_softness(observation);
     observation.common_covariance_px2.diagonal().head<3>() +=
         Eigen::Vector3d(own_growth_variance_px2(blob), model_variance, model_variance);
     if (uses_rim(lamp, blob, options)) {

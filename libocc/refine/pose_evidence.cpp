@@ -186,8 +186,9 @@ double size_variance_px2(const Lamp& lamp, const Blob& blob, const Rigid3& cam_f
 }
 
 /// Adds the shape of a rim without the common growth of saturated rims. Its errors: those of its
-/// points, each axis from half of them; the growth of a saturated rim, which differs between lamps
-/// by as much as the common growth; and a relative error of the model.
+/// points, each axis from half of them, and those that they share, as of a soft edge; the growth of
+/// a saturated rim, which differs between lamps by as much as the common growth; and a relative
+/// error of the model.
 void add_shape(const Lamp& lamp, const Blob& blob, const Rigid3& cam_from_world, const Scene& scene,
                double common_growth_px, SeenLamp& seen) {
   constexpr double min_growth_px = 2, relative = 0.003, step = 1e-6;
@@ -204,12 +205,14 @@ void add_shape(const Lamp& lamp, const Blob& blob, const Rigid3& cam_from_world,
   double variance_px2 = 0;
   for (const RimPoint& point : blob.rim) variance_px2 += square(point.sigma_px);
   const auto count = static_cast<double>(blob.rim.size());
+  seen.shape_by_size = *shape;
   seen.shape_residual_px = *shape - measured_shape(blob.ellipse);
   if (blob.saturated) seen.shape_residual_px.head<2>().array() += common_growth_px;
   const double growth_px = blob.saturated ? std::max(min_growth_px, std::abs(common_growth_px)) : 0;
   seen.shape_sigma_px =
       std::sqrt(2 * variance_px2 / square(count) + square(relative * blob.ellipse.semi_major_px) +
-                square(growth_px) + size_variance_px2(lamp, blob, cam_from_world, scene));
+                blob.rim_covariance_px2(0, 0) + square(growth_px) +
+                size_variance_px2(lamp, blob, cam_from_world, scene));
 }
 
 /// Adds three corners of a rectangle relative to its centroid; the fourth follows. A false light
@@ -256,6 +259,7 @@ void add_corners(const Lamp& lamp, const Blob& blob, const Rigid3& cam_from_worl
   for (std::size_t i = 0; i + 1 < corners; ++i) {
     const std::size_t j = (i + turn) % corners;
     SeenLamp corner;
+    corner.by_size = here[j];
     corner.residual_px = here[j] - (blob.corners_px[i] - blob.centroid_px);
     corner.covariance_px2 = square(sigma_px) * Eigen::Matrix2d::Identity();
     for (int k = 0; k < 6; ++k)

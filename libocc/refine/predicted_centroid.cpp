@@ -1,11 +1,41 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "libocc/refine/internal/predicted_centroid.hpp"
 
+#include <algorithm>
+#include <cmath>
+
+#include "libocc/core/math.hpp"
+#include "libocc/formation/internal/lens_blur.hpp"
 #include "libocc/formation/light.hpp"
 #include "libocc/formation/rim.hpp"
 #include "libocc/geometry/internal/derivative_by_pose.hpp"
+#include "libocc/refine/internal/lamp_sizes.hpp"
 
 namespace occ::internal::refine {
+namespace {
+
+/// True if the blob is large enough for a rim, but has none.
+bool is_uneven_disc(const Lamp& lamp, const Blob& blob) {
+  constexpr double min_semi_minor_px = 4;
+  return lamp.shape == LampShape::disc && is_whole(blob) && blob.rim.empty() && !blob.saturated &&
+         !blob.striped && blob.ellipse.semi_minor_px > min_semi_minor_px;
+}
+
+/// The centre of a disc's image differs from the image of its centre in proportion to the second
+/// moments of the light.
+Eigen::Vector2d uneven_shift_px(const Lamp& lamp, const Blob& blob, const Rigid3& cam_from_world,
+                                const Scene& scene, const Eigen::Vector2d& uniform_px) {
+  const auto centre_px = scene.camera.project(cam_from_world * lamp.centre_m);
+  const auto axes_px = predicted_axes_px(lamp, cam_from_world, scene.camera);
+  if (!centre_px || !axes_px) return Eigen::Vector2d::Zero();
+  const double blur2 = 4 * square(formation::gaussian_blur_px(scene));
+  const double seen_px2 = std::sqrt((square(blob.ellipse.semi_major_px) - blur2) *
+                                    std::max(0.0, square(blob.ellipse.semi_minor_px) - blur2));
+  const double share = std::min(1.0, seen_px2 / axes_px->prod());
+  return (share - 1) * scene.camera.difference_px(uniform_px, *centre_px);
+}
+
+}  // namespace
 
 std::optional<Eigen::Vector2d> predicted_centroid_px(const Lamp& lamp, const Rigid3& cam_from_world,
                                                      const Camera& camera, Rung rung,
@@ -33,7 +63,9 @@ std::optional<Eigen::Vector2d> predicted_centroid_px(const Lamp& lamp, const Blo
                                                      const Scene& scene, Rung rung,
                                                      Eigen::Matrix<double, 2, 6>* jacobian) {
   auto px = predicted_centroid_px(lamp, cam_from_world, scene.camera, rung, jacobian);
-  if (px && rung != Rung::points) *px += light_shift_px(lamp, blob, cam_from_world, scene);
+  if (!px || rung == Rung::points) return px;
+  if (is_uneven_disc(lamp, blob)) *px += uneven_shift_px(lamp, blob, cam_from_world, scene, *px);
+  *px += light_shift_px(lamp, blob, cam_from_world, scene);
   return px;
 }
 

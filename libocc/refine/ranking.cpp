@@ -44,6 +44,23 @@ RankedPose refine_hypothesis(const RefinementAhead& ahead, const Hypothesis& hyp
   return ranked;
 }
 
+/// If the sizes contradict all poses: fits each pose again with estimated errors of the sizes.
+void allow_wrong_sizes(const RefinementAhead& ahead, const RefineOptions& options,
+                       std::vector<RankedPose>& poses) {
+  if (std::any_of(poses.begin(), poses.end(), [](const RankedPose& pose) { return pose.fits; }))
+    return;
+  for (RankedPose& pose : poses) {
+    if (pose.refined.status != Status::no_pose) continue;
+    auto sized = with_estimated_sizes(*pose.refined, pose.hypothesis->matches, ahead.blobs,
+                                      ahead.scene, options);
+    if (!sized || !size_contradiction(*sized, ahead.blobs, ahead.scene).empty()) continue;
+    pose.refined.value = *std::move(sized);
+    pose.refined.status = Status::ok;
+    pose.refined.message.clear();
+    pose.fits = true;
+  }
+}
+
 std::size_t matches(const RankedPose& pose) { return pose.hypothesis->matches.size(); }
 
 /// Orders by fit, then by the number of matched lamps, then by chi-square.
@@ -223,6 +240,7 @@ Refinement refine_hypotheses(const RefinementAhead& ahead,
     refined += poses.back().refined.ok();
     if (refined == ahead.max_candidates) break;
   }
+  allow_wrong_sizes(ahead, options, poses);
   add_other_roots(ahead, options, out);
   std::stable_sort(poses.begin(), poses.end(), better);
   const auto remove_if = [&](auto predicate) {

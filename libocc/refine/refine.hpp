@@ -20,6 +20,9 @@
 // estimated, a part of each lamp (its light is known to half an e-fold only), and an uneven part
 // (0.05 px).
 //
+// A disc that dims towards its rim seems to be smaller, by about the growth of the blur of its
+// edge: an error of its size. Without a rim, the second moments of its light tell its size.
+//
 // Gross errors: a lamp that contradicts all others is left out (Baarda's data snooping at a
 // probability of 0.1 %); this takes five lamps or a prior. Huber's loss reduces the weight of stray
 // rim points, fluxes and pixels.

@@ -348,6 +348,42 @@ TEST(RobustPose, TwoPosesWithAsManyInliersAreAmbiguous) {
   }
 }
 
+// 14 of 80 points on a plane agree with one pose and 14 others with a second one near it. A pose
+// between the two has a few inliers of both.
+TEST(RobustPose, APoseBetweenTwoDoesNotHideThem) {
+  constexpr int count = 80, each = 14;
+  Random random(31);
+  int hidden = 0;
+  for (int trial = 0; trial < 300; ++trial) {
+    Matched m = matched(random, 0, count);
+    for (int i = 0; i < count; ++i) {
+      const Eigen::Vector3d ray =
+          m.truth.inverse().rotation * Eigen::Vector3d(*m.camera.unproject(Eigen::Vector2d(
+                                           random.uniform(0, 640), random.uniform(0, 480))));
+      const Eigen::Vector3d from = m.truth.origin_in_source();
+      const Eigen::Vector3d normal = m.truth.inverse().rotation * Eigen::Vector3d(0.3, 0.1, 1);
+      m.points.col(i) = from + 4 * normal.squaredNorm() / normal.dot(ray) * ray;
+    }
+    const Rigid3 second = perturb(
+        m.truth,
+        0.03 * (Vector6() << random_vector(random), random_vector(random)).finished().normalized());
+    for (int i = 0; i < count; ++i) {
+      const Rigid3& pose = i < each ? m.truth : second;
+      const auto px = m.camera.project(pose * Eigen::Vector3d(m.points.col(i)));
+      if (i < 2 * each && px)
+        m.pixels.col(i) = *px + sigma_px * Eigen::Vector2d(random.normal(), random.normal());
+      else
+        m.pixels.col(i) << random.uniform(0, 640), random.uniform(0, 480);
+    }
+    RobustPoseOptions options;
+    options.seed = static_cast<std::uint64_t>(trial);
+    options.max_iterations = 20000;
+    const Result<RobustPose> found = solved(m, options);
+    hidden += std::count(found->inliers.begin(), found->inliers.end(), true) < each - 2;
+  }
+  EXPECT_EQ(hidden, 0);
+}
+
 TEST(RobustPose, APoseWithFewInliersIsNoRival) {
   Random random(19);
   for (int trial = 0; trial < 30; ++trial) {

@@ -25,7 +25,9 @@
 // probability.
 //
 // Errors of camera and map are common and of unknown size: the evidence is the mean over several
-// standard deviations of them, multiples of a typical one (model_sigma_px).
+// standard deviations of them, multiples of a typical one (model_sigma_px). From four lamps on, one
+// of them contains a relative error of the sizes that all lamps share, as in a map of housings
+// whose lit parts are smaller. Of three lamps, only the sizes tell the poses apart.
 //
 // If all blobs are false lights, the expected sum of e^evidence over all poses is one. So it
 // exceeds 1 / q with a probability of at most q (Markov's inequality): the risk is honest for
@@ -47,11 +49,15 @@ struct SeenLamp {
   Eigen::Vector2d residual_px;          ///< predicted minus measured centroid
   Eigen::Matrix2d covariance_px2;       ///< covariance of the measured centroid
   Eigen::Matrix<double, 2, 6> by_pose;  ///< derivative of the residual
+  /// Derivative of the residual by a relative error of all sizes; zero for a centroid.
+  Eigen::Vector2d by_size = Eigen::Vector2d::Zero();
   /// Residuals of the shape of its rim [px], their derivative, and their standard deviation without
   /// errors of camera and map; infinite without a rim.
   Eigen::Vector3d shape_residual_px = Eigen::Vector3d::Zero();
   Eigen::Matrix<double, 3, 6> shape_by_pose = Eigen::Matrix<double, 3, 6>::Zero();
   double shape_sigma_px = infinity;
+  /// Derivative of the shape's residual by a relative error of all sizes: the shape [px].
+  Eigen::Vector3d shape_by_size = Eigen::Vector3d::Zero();
 };
 
 /// A part of a prior at a pose, such as a height.

@@ -2,6 +2,7 @@
 // Errors of the map that the scene does not state, estimated from the lamps' contradictions.
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "libocc/core/abi.hpp"
@@ -22,6 +23,14 @@ LIBOCC_API Result<Refined> with_estimated_map(const Result<Refined>& exact,
                                               const std::vector<Match>& matches,
                                               const std::vector<Blob>& blobs, const Scene& scene,
                                               const RefineOptions& options);
+
+/// Fit with estimated errors of all sizes (Refined::estimated_size_sigma), started at the pose of
+/// the directions. Empty unless these agree with each other, and the errors are at most 20 %.
+LIBOCC_API std::optional<Refined> with_estimated_sizes(const Refined& exact,
+                                                       const std::vector<Match>& matches,
+                                                       const std::vector<Blob>& blobs,
+                                                       const Scene& scene,
+                                                       const RefineOptions& options);
 
 /// Scene in which the position of each lamp has at least this standard deviation.
 LIBOCC_API Scene with_map_errors(Scene scene, double sigma_m);

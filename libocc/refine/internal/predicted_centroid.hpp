@@ -22,7 +22,8 @@ Eigen::Vector2d light_shift_px(const Lamp& lamp, const Blob& blob, const Rigid3&
                                const Scene& scene);
 
 /// Predicted centroid of the blob: predicted_centroid_px plus, except for Rung::points,
-/// light_shift_px. The Jacobian neglects the derivative of that shift.
+/// light_shift_px. The centroid of an uneven disc without a rim is that of a disc with the size of
+/// its light, whose centre is closer to that of the lamp. The Jacobian neglects both shifts.
 std::optional<Eigen::Vector2d> predicted_centroid_px(
     const Lamp& lamp, const Blob& blob, const Rigid3& cam_from_world, const Scene& scene, Rung rung,
     Eigen::Matrix<double, 2, 6>* jacobian = nullptr);
