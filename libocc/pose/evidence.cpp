@@ -59,7 +59,7 @@ struct PoseSums {
   Matrix6 information = Matrix6::Zero();
   Vector6 gradient = Vector6::Zero();
   double chi2 = 0;
-  double size_sigma = 0;  ///< of the error of the sizes; 0: there is none
+  double size_sigma = 0;  ///< standard deviation of that error; 0: there is none
   double size_information = 0, size_gradient = 0;
   Vector6 size_by_pose = Vector6::Zero();
 
