@@ -73,7 +73,9 @@ struct Blob {
   bool saturated = false;  ///< pixels at full scale: the rim has grown, the flux is a lower bound
   bool merged = false;     ///< its shape is that of several lamps
   bool cut_by_border = false;  ///< touches the image border: centroid and flux of the visible part
-  bool striped = false;        ///< rolling-shutter stripes joined into one blob
+  bool patterned = false;  ///< several bright parts with gaps, or one with gaps, such as the cells
+                           ///< of a louvre: only the centre of their common outline is known
+  bool striped = false;    ///< rolling-shutter stripes joined into one blob
 
   std::optional<double> frequency_hz;  ///< blink frequency read from the stripes
   /// Standard deviation of frequency_hz; infinite without it.

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <string>
 #include <tuple>
 #include <utility>
@@ -17,6 +18,7 @@
 #include "libocc/detect/internal/detect_fields.hpp"
 #include "libocc/detect/internal/linear_image.hpp"
 #include "libocc/detect/internal/measure.hpp"
+#include "libocc/detect/internal/patterned_lamps.hpp"
 
 namespace occ {
 
@@ -70,6 +72,14 @@ std::vector<Blob> measure_all(const LinearImage& linear, const DetectOptions& op
     blobs.push_back(measure(linear, component, options, scratch));
     if (image.channels >= 3)
       blobs.back().colour = measure_colour(image, channels, component, scratch);
+  }
+  if (options.patterned) {
+    std::vector<Blob> whole(
+        std::make_move_iterator(blobs.end() - static_cast<std::ptrdiff_t>(components.size())),
+        std::make_move_iterator(blobs.end()));
+    join_parts(linear, options, components, whole);
+    blobs.resize(blobs.size() - components.size());
+    std::move(whole.begin(), whole.end(), std::back_inserter(blobs));
   }
   return blobs;
 }

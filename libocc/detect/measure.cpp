@@ -23,15 +23,15 @@ constexpr double saturated_share = 0.05;  // with more saturated pixels the rim 
 constexpr double default_psf_px = 0.8;    // PSF sigma without a sensor, as Sensor::psf_sigma_px
 constexpr double sharpest_psf_px = 0.16;  // lower bound of the PSF sigma without a sensor
 constexpr double sharpest_share = 0.8;    // lower bound as a part of a known PSF's sigma
-constexpr std::int64_t max_pixels = 1 << 22;  // in a patch; anything larger is no lamp
-constexpr double pixel_px2 = 1.0 / 12;        // variance of a uniform distribution over one pixel
-constexpr double pulled_chi2 = 4;             // max chi-square of the difference of two centres
-constexpr double min_elongation = 1.2;        // min axis ratio of two lamps in one blob
+constexpr double pixel_px2 = 1.0 / 12;    // variance of a uniform distribution over one pixel
+constexpr double pulled_chi2 = 4;         // max chi-square of the difference of two centres
+constexpr double min_elongation = 1.2;    // min axis ratio of two lamps in one blob
 constexpr double min_dip = 0.1, dip_sigmas = 5;  // min dip between two lamps: of the peak, of noise
 constexpr double min_dip_of_quadrilateral = 0.5;  // uneven or clipped light of one lamp dips less
 constexpr int skirt_px = 2;                       // light just outside the box, below the threshold
 
-/// Ellipse of uniform brightness with these second moments (semi-axes: two standard deviations).
+}  // namespace
+
 Ellipse ellipse_of(const Eigen::Vector2d& centre, const Eigen::Matrix2d& moments) {
   const double middle = 0.5 * moments.trace();
   const double half = std::hypot(0.5 * (moments(0, 0) - moments(1, 1)), moments(0, 1));
@@ -43,6 +43,19 @@ Ellipse ellipse_of(const Eigen::Vector2d& centre, const Eigen::Matrix2d& moments
     ellipse.angle_rad = 0.5 * std::atan2(2 * moments(0, 1), moments(0, 0) - moments(1, 1));
   return ellipse;
 }
+
+void inflate_covariance(Blob& blob) {
+  const double spread = 0.25 * std::max(blob.x1 - blob.x0 + 1, blob.y1 - blob.y0 + 1);
+  blob.covariance_px2 += spread * spread * Eigen::Matrix2d::Identity();
+}
+
+bool is_measurable(const Component& component) {
+  constexpr std::int64_t max_pixels = 1 << 22;  // in a patch; anything larger is no lamp
+  const std::int64_t width = component.x1 - component.x0 + 1;
+  return width * (component.y1 - component.y0 + 1) <= max_pixels;
+}
+
+namespace {
 
 /// Blob with the values that follow from the component's moments.
 Blob coarse_blob(const Component& component) {
@@ -67,12 +80,6 @@ Blob coarse_blob(const Component& component) {
   blob.covariance_px2 =
       relative * relative * (component.shape.variance() + pixel_px2 * Eigen::Matrix2d::Identity());
   return blob;
-}
-
-/// Inflates the covariance to a quarter of the blob's size, for a blob that is not one whole lamp.
-void inflate_covariance(Blob& blob) {
-  const double spread = 0.25 * std::max(blob.x1 - blob.x0 + 1, blob.y1 - blob.y0 + 1);
-  blob.covariance_px2 += spread * spread * Eigen::Matrix2d::Identity();
 }
 
 /// Inflates the covariance if the centroid is more than half a pixel from the middle of the box, as
@@ -271,8 +278,7 @@ void measure_centre(const Patch& patch, const Component& component, const Detect
 Blob measure(const LinearImage& image, const Component& component, const DetectOptions& options,
              Patch& scratch) {
   Blob blob = coarse_blob(component);
-  const std::int64_t width = component.x1 - component.x0 + 1;
-  if (width * (component.y1 - component.y0 + 1) > max_pixels) {
+  if (!is_measurable(component)) {
     inflate_covariance(blob);
     return blob;
   }

@@ -28,9 +28,15 @@ double soft_growth_px(double blur_px, double lens_blur_px) {
   return std::sqrt(std::max(0.0, square(blur_px) - square(certain * lens_blur_px)));
 }
 
-/// Adds the error of a soft edge: its growth, and a stretch. Blur of sigma s moves the edge of a
-/// disc of radius R by s^2 / 2 R, and that of a motion differs between directions.
+/// Adds the errors of a soft edge: its growth, a stretch, and a shift. Blur of sigma s moves the
+/// edge of a disc of radius R by s^2 / 2 R, and that of a motion differs between directions. A
+/// gradient of the light, of a few percent across the lamp, moves soft edges of opposite sides
+/// alike.
 void add_softness(double growth_px, Rim& rim) {
+  constexpr double shift = 0.01;
+  const double variance_px2 = square(shift * growth_px);
+  rim.common_covariance_px2.diagonal().segment<2>(1).array() += variance_px2;
+  rim.fit.centre_covariance_px2.diagonal().array() += variance_px2;
   rim.common_covariance_px2(0, 0) += square(growth_px);
   rim.common_covariance_px2.diagonal().tail<2>().array() +=
       square(square(growth_px) / size_of(rim.fit.conic));

@@ -290,6 +290,34 @@ Scene checked(Scene scene, const LocateOptions& options) {
   return scene.as_rendered();
 }
 
+/// True if lamps with straight sides were not located. Their bright parts may then be lamps in
+/// several parts, such as the cells of a louvre.
+bool may_be_patterned(const Result<Fix>& result, const Scene& scene, const DetectOptions& options) {
+  return !result.ok() && scene.has_straight_sides() && options.rims && !options.patterned;
+}
+
+bool has_time(const LocateOptions& options, const Clock& clock) {
+  return !options.budget_s || clock.seconds() < 0.5 * *options.budget_s;
+}
+
+bool is_patterned(const Blob& blob) { return blob.patterned; }
+
+bool has_patterned(const std::vector<Blob>& blobs) {
+  return std::any_of(blobs.begin(), blobs.end(), is_patterned);
+}
+
+/// Order of results, best first: ok, ambiguous, others.
+int rank(Status status) { return status == Status::ok ? 0 : status == Status::ambiguous ? 1 : 2; }
+
+void name_patterned(Result<Fix>& result) {
+  const auto count = std::count_if(result->lamps.begin(), result->lamps.end(),
+                                   [](const auto& lamp) { return is_patterned(lamp.second); });
+  if (count == 0) return;
+  result.message += std::string(result.message.empty() ? "" : "; ") + std::to_string(count) +
+                    " of the lamps have bright parts with gaps and are used by the centres of "
+                    "their outlines";
+}
+
 }  // namespace
 
 void LocateOptions::validate() const {
@@ -324,6 +352,18 @@ Result<Fix> locate(const ImageView& image, const Scene& scene, const LocateOptio
   const double detect_s = clock.seconds();
   Result<Fix> result = locate_blobs(blobs, valid, options, &image, clock);
   result.value.timing_s.detect_s = detect_s;
+  if (may_be_patterned(result, valid, detect_options) && has_time(options, clock)) {
+    detect_options.patterned = true;
+    const double start_s = clock.seconds();
+    const std::vector<Blob> joined = detect(image, detect_options);
+    const double joined_s = clock.seconds();
+    if (has_patterned(joined)) {
+      Result<Fix> again = locate_blobs(joined, valid, options, &image, clock);
+      again.value.timing_s.detect_s = detect_s + joined_s - start_s;
+      if (rank(again.status) < rank(result.status)) result = std::move(again);
+    }
+  }
+  name_patterned(result);
   result.value.timing_s.total_s = clock.seconds();
   return result;
 }

@@ -6,6 +6,8 @@
 #include <cmath>
 
 #include "libocc/core/internal/dense.hpp"
+#include "libocc/core/math.hpp"
+#include "libocc/formation/rim.hpp"
 
 namespace occ::internal::refine {
 namespace {
@@ -55,6 +57,22 @@ std::optional<std::size_t> contradicting_lamp(const Observations& observations,
   // Another lamp explains the contradiction as well, as in four lamps where any one may be wrong.
   if (largest - second < chi2_limit * std::max(1.0, rest / dof)) return std::nullopt;
   return worst;
+}
+
+void leave_out_false_rims(const State& state, Observations& observations) {
+  constexpr double far_px = 4, far = 0.1;  // over the size of the image
+  if (observations.shared_errors.count() > 0) return;
+  for (LampObservation& lamp : observations.lamps) {
+    if (lamp.has_centroid || !lamp.has_rim() || lamp.errors) continue;
+    const LampInCam in_cam = lamp_in_cam(*lamp.lamp, state.cam_from_world);
+    double squares = 0;
+    for (std::size_t i = lamp.rim_begin; i < lamp.rim_end; ++i) {
+      const auto distance = rim_distance_px(in_cam, observations.rim[i].ray);
+      squares += distance ? square(*distance) : infinity;
+    }
+    const double rms_px = std::sqrt(squares / static_cast<double>(lamp.rim_end - lamp.rim_begin));
+    lamp.contradicts = !(rms_px < far_px + far * lamp.blob->ellipse.semi_major_px);
+  }
 }
 
 }  // namespace occ::internal::refine

@@ -66,7 +66,7 @@ double contradiction_chi2(const Observations& observations, const Scene& scene, 
                           Rung rung, double huber_sigma) {
   double sum = 0;
   for (const LampObservation& lamp : observations.lamps) {
-    if (!lamp.contradicts) continue;
+    if (!lamp.contradicts || !lamp.has_centroid) continue;
     const std::optional<Eigen::Vector2d> centre =
         predicted_centroid_px(*lamp.lamp, *lamp.blob, state.cam_from_world, scene, rung);
     if (!centre) continue;
@@ -98,6 +98,8 @@ double typical_growth_px(const State& state, const Observations& observations) {
   return median(std::move(distances));
 }
 
+constexpr int plenty = 8;  // equations of centroids that determine a pose with redundancy
+
 /// Minimum for the rungs below direct, one after the other.
 Minimum minimise_by_rims(const State& start, Observations& observations, const Scene& scene,
                          const RefineOptions& options, double tolerance_px) {
@@ -108,6 +110,8 @@ Minimum minimise_by_rims(const State& start, Observations& observations, const S
         start, observations, scene, options, has_rims ? rough_tolerance_px : tolerance_px);
     if (!has_rims) return by_centroids;
     if (by_centroids.converged) near = by_centroids.state;
+    if (by_centroids.converged && observations.equations(options, Rung::centres) >= plenty)
+      leave_out_false_rims(near, observations);
   }
   if (observations.rims_grow) near.growth_px = typical_growth_px(near, observations);
   const auto report = [&](const RefineProblem& problem, const Minimum& minimum) {
@@ -133,7 +137,6 @@ Minimum minimise_by_rims(const State& start, Observations& observations, const S
 /// Start value for the direct rung, from centroids alone if their redundancy is sufficient.
 Minimum minimise_roughly(const State& start, Observations& observations, const Scene& scene,
                          const RefineOptions& options) {
-  constexpr int plenty = 8;
   if (!observations.rims_grow && observations.equations(options, Rung::centres) >= plenty) {
     const Minimum by_centroids =
         minimise_by_centroids(start, observations, scene, options, rough_tolerance_px);

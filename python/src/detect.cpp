@@ -25,6 +25,7 @@ std::string blob_repr(const Blob& blob) {
   if (blob.lamp_id) text << ", lamp " << *blob.lamp_id;
   if (blob.saturated) text << ", saturated";
   if (blob.merged) text << ", merged";
+  if (blob.patterned) text << ", patterned";
   if (blob.cut_by_border) text << ", cut by border";
   text << ">";
   return text.str();

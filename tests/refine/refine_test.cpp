@@ -453,5 +453,20 @@ TEST(RefineInput, BadArgumentsAreNamed) {
   });
 }
 
+// The border cuts a lamp, and a beam cuts its rim short: it is measured elsewhere.
+TEST(Refine, AFalseRimOfACutLampIsLeftOut) {
+  const Scene scene = test::irregular_room();
+  const Measurement measurement{40, 0.05, 0.03};
+  for (const double off_px : {0.0, 15.0}) {
+    std::vector<Blob> blobs = test::exact_blobs(scene, truth(), measurement);
+    blobs.back().cut_by_border = true;
+    for (RimPoint& point : blobs.back().rim) point.px += Eigen::Vector2d(off_px, -off_px);
+    const auto refined = refine(start(), in_order(scene), blobs, scene, to_the_end());
+    ASSERT_TRUE(refined.ok()) << refined.message;
+    EXPECT_EQ(refined->lamps.back().contradicts, off_px > 0);
+    EXPECT_LT(difference(refined->cam_from_world, truth()).norm(), 1e-6);
+  }
+}
+
 }  // namespace
 }  // namespace occ

@@ -48,6 +48,8 @@ inline constexpr auto blob_fields = fields_of<Blob>(
     field("merged", &Blob::merged, "", Unrestricted{}, "has the shape of several lamps"),
     field("cut_by_border", &Blob::cut_by_border, "", Unrestricted{},
           "touches the image border: centroid and flux are those of the visible part"),
+    field("patterned", &Blob::patterned, "", Unrestricted{},
+          "has bright parts with gaps: only the centre of their common outline is known"),
     field("striped", &Blob::striped, "", Unrestricted{},
           "rolling-shutter stripes were joined into this blob"),
     field("frequency_hz", &Blob::frequency_hz, "Hz", Unrestricted{},

@@ -7,6 +7,7 @@
 // stripes causes in a plain centroid.
 #pragma once
 
+#include <Eigen/Core>
 #include <vector>
 
 #include "libocc/core/abi.hpp"
@@ -21,6 +22,15 @@ namespace occ::internal::detect {
 /// Measures a component without stripes. `scratch`: storage that is reused from blob to blob.
 Blob measure(const LinearImage& image, const Component& component, const DetectOptions& options,
              Patch& scratch);
+
+/// False for a component that is too large for a patch.
+bool is_measurable(const Component& component);
+
+/// Ellipse of uniform brightness with these second moments (semi-axes: two standard deviations).
+Ellipse ellipse_of(const Eigen::Vector2d& centre, const Eigen::Matrix2d& moments);
+
+/// Inflates the covariance to a quarter of the blob's size, for a blob that is not one whole lamp.
+void inflate_covariance(Blob& blob);
 
 /// True if the options request stripes and the sensor has a row time.
 bool stripes_enabled(const DetectOptions& options);

@@ -11,6 +11,10 @@
 
 namespace occ::internal::detect {
 
+/// Level of the outline over the mean level. An unevenly lit lamp has little light somewhere, and a
+/// lower level moves the outline of an evenly lit one outwards on all sides.
+inline constexpr double outline_level = 0.25;
+
 /// Centre of the area of a component that looks like a quadrilateral [px]: its pixels above a share
 /// of its level fill their convex hull, and four of the hull's corners span most of it. Empty
 /// otherwise. Its error is a fraction of a pixel, but it does not depend on how evenly the lamp is

@@ -22,4 +22,9 @@ std::optional<std::size_t> contradicting_lamp(const Observations& observations,
                                               const RefineProblem& problem, const Minimum& minimum,
                                               int degrees_of_freedom);
 
+/// Leaves out lamps without a centroid, as those cut by the border, whose rims are far from where
+/// the centroids of the others predict them: a louvre or a beam cuts such a rim short. Their errors
+/// in the scene must be zero; the centroids must determine the pose at this state with redundancy.
+void leave_out_false_rims(const State& state, Observations& observations);
+
 }  // namespace occ::internal::refine

@@ -35,7 +35,7 @@ def sigma_px(blob: Blob) -> float:
 
 def flags(blob: Blob) -> list[str]:
     """Names of the flags that are set."""
-    named = ("saturated", "merged", "cut_by_border", "striped")
+    named = ("saturated", "merged", "cut_by_border", "patterned", "striped")
     return [name for name in named if getattr(blob, name)]
 
 
