@@ -6,6 +6,7 @@
 // s^2 of the area. The aperture stays that of the real focal length. Without the effect, a pixel
 // lacks at most strength / s^2 of a fully covered pixel, for each ghost and all lamps whose ghosts
 // overlap.
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 
