@@ -78,8 +78,8 @@ struct PoseSums {
     size_gradient += by_size.dot(weight * residual);
     size_by_pose += by_pose.transpose() * (weight * by_size);
   }
-  /// ln of the integral of e^(-chi2/2) over the pose, and over the normal density of the error of
-  /// the sizes.
+  /// ln of the integral of e^(-chi2/2) over the pose and over the normal density of the error of
+  /// the sizes, without the factor (2 pi)^3: only quotients of two integrals are used.
   double log_integral() const {
     if (size_sigma == 0) return log_integral(information, gradient, chi2);
     const double variance = square(size_sigma), sum = size_information + 1 / variance;
@@ -92,8 +92,8 @@ struct PoseSums {
  private:
   static double log_integral(const Matrix6& information, const Vector6& gradient, double chi2) {
     const core::Cholesky<Matrix6> root(information);
-    return 3 * std::log(2 * pi) - 0.5 * root.log_determinant() -
-           0.5 * std::max(0.0, chi2 - gradient.dot(root.solve(gradient)));
+    const double smallest = std::max(0.0, chi2 - gradient.dot(root.solve(gradient)));
+    return -0.5 * (root.log_determinant() + smallest);
   }
 };
 

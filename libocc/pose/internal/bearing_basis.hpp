@@ -12,10 +12,10 @@ namespace occ::internal::pose {
 using TangentBasis = Eigen::Matrix<double, 2, 3>;
 
 /// Two orthonormal rows, orthogonal to the unit bearing.
-TangentBasis tangent_basis(const Eigen::Vector3d& bearing);
+LIBOCC_API TangentBasis tangent_basis(const Eigen::Vector3d& bearing);
 
 /// The unit vector x with the smallest |A x|: the last right singular vector. A has at least as
 /// many rows as columns, less one.
-Eigen::VectorXd smallest_right_vector(const Eigen::MatrixXd& a);
+LIBOCC_API Eigen::VectorXd smallest_right_vector(const Eigen::MatrixXd& a);
 
 }  // namespace occ::internal::pose

@@ -46,11 +46,11 @@ struct PinholeFrame {
   Eigen::Matrix3d turned_from_cam;  ///< rotation
   Eigen::Matrix2Xd image;           ///< (x / z, y / z) of the turned bearings
 
-  Rigid3 cam_from_world(const Rigid3& turned_from_world) const;
+  LIBOCC_API Rigid3 cam_from_world(const Rigid3& turned_from_world) const;
 };
 
 /// Returns nothing when a bearing is not finite or more than 89.94 degrees from the mean bearing.
-std::optional<PinholeFrame> pinhole_frame(const PoseProblem& problem);
+LIBOCC_API std::optional<PinholeFrame> pinhole_frame(const PoseProblem& problem);
 
 /// A fixed rotation without any symmetry. Elimination templates divide by entries that vanish for
 /// rotations about a coordinate axis or points along one; in a world turned by it they do not

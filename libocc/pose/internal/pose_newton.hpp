@@ -15,12 +15,12 @@ namespace occ::internal::pose {
 /// Largest angle [rad] between a bearing (unit columns) and the direction to its point, to first
 /// order. Infinite when a point is not in front along its bearing. `origins`: start points of the
 /// bearings; empty for one camera.
-double misfit_rad(const Eigen::Matrix3Xd& bearings, const Eigen::Matrix3Xd& points,
-                  const Eigen::Matrix3Xd& origins, const Rigid3& pose);
+LIBOCC_API double misfit_rad(const Eigen::Matrix3Xd& bearings, const Eigen::Matrix3Xd& points,
+                             const Eigen::Matrix3Xd& origins, const Rigid3& pose);
 
 /// Improves the pose while its misfit falls, and once more after that, at most max_steps times.
 /// Requires three columns or more.
-void polish_pose(const Eigen::Matrix3Xd& bearings, const Eigen::Matrix3Xd& points,
-                 const Eigen::Matrix3Xd& origins, int max_steps, Rigid3& pose);
+LIBOCC_API void polish_pose(const Eigen::Matrix3Xd& bearings, const Eigen::Matrix3Xd& points,
+                            const Eigen::Matrix3Xd& origins, int max_steps, Rigid3& pose);
 
 }  // namespace occ::internal::pose
