@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "libocc/refine/internal/pose_evidence.hpp"
 
+#include <Eigen/Geometry>
+#include <Eigen/LU>
 #include <algorithm>
 #include <array>
 #include <cmath>

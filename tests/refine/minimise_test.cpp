@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "libocc/pose/solvers/p3p.hpp"
+#include "libocc/refine/internal/newton.hpp"
 #include "libocc/refine/internal/pose_roots.hpp"
 #include "libocc/refine/refine.hpp"
 #include "tests/support/measured_blobs.hpp"
@@ -89,6 +90,86 @@ TEST(Minimise, IsUndefinedWhereALampIsBehindTheCamera) {
   const State behind{look_at({2.1, 1.8, 0.5}, {2.3, 2.1, -3.0}, {0.2, 1, 0})};
   EXPECT_FALSE(minimise(problem, behind, 30, 1e-5).defined);
   EXPECT_FALSE(polish(problem, behind, 30, 1e-5).defined);
+}
+
+/// Minimum record of a state before any step.
+Minimum at_start(RefineProblem& problem, const State& state) {
+  Minimum minimum;
+  minimum.state = state;
+  minimum.pivot = problem.pivot(state);
+  minimum.defined = problem.linearise(state, minimum.pivot, minimum.normal);
+  return minimum;
+}
+
+/// Half the matrix of second differences of the robust chi2 at the minimum, in its units.
+Matrix8 half_second_differences(RefineProblem& problem, const Minimum& minimum,
+                                const Vector8& units) {
+  const auto chi2 = [&](int i, double a, int k, double b) {
+    const Vector8 step = a * units[i] * Vector8::Unit(i) + b * units[k] * Vector8::Unit(k);
+    const State state = moved(minimum.state, minimum.pivot, step);
+    PoseNormalEquations normal;
+    problem.linearise(state, problem.pivot(state), normal);
+    return normal.robust_chi2;
+  };
+  constexpr double h = 0.02;
+  Matrix8 half;
+  for (int i = 0; i < 8; ++i)
+    for (int k = 0; k < 8; ++k)
+      half(i, k) = (chi2(i, h, k, h) - chi2(i, h, k, -h) - chi2(i, -h, k, h) + chi2(i, -h, k, -h)) /
+                   (8 * h * h);
+  return half;
+}
+
+TEST(Newton, EndsAtTheMinimumWithItsCurvature) {
+  for (std::uint64_t seed = 0; seed < 5; ++seed) {
+    const NoisyRoom room(seed, Rung::centres);
+    RefineProblem problem(room.observations, room.scene, room.options, Rung::centres);
+    Random random(10, seed);
+    Vector6 off;
+    for (double& value : off) value = 0.02 * random.normal();
+    const State start{perturb(room.truth, off)};
+    const Minimum expected = minimise(problem, start, 30, 1e-6);
+    Minimum found = at_start(problem, start);
+    run_newton(problem, 30, 1e-6, found);
+    ASSERT_TRUE(found.converged);
+    EXPECT_GT(found.iterations, 1);
+    EXPECT_LT(found.iterations, 10);
+    EXPECT_TRUE(is_minimum(problem, found.state));
+    EXPECT_LT(difference(found.state.cam_from_world, expected.state.cam_from_world).norm(), 1e-6);
+    const Vector8 units = units_of(at_start(problem, found.state).normal);
+    const Matrix8 scaled = units.asDiagonal() * found.normal.information * units.asDiagonal();
+    const Matrix8 half = half_second_differences(problem, found, units);
+    const Matrix6 off_by = (scaled - half).topLeftCorner<6, 6>();
+    EXPECT_LT(off_by.cwiseAbs().maxCoeff(), 2e-3) << scaled << half;
+  }
+}
+
+TEST(Newton, NeverClimbsAndReportsAnEarlyEnd) {
+  int converged = 0, shortened = 0;
+  for (std::uint64_t seed = 0; seed < 12; ++seed) {
+    const NoisyRoom room(seed, Rung::centres);
+    RefineProblem problem(room.observations, room.scene, room.options, Rung::centres);
+    Random random(11, seed);
+    Vector6 off;
+    for (double& value : off) value = 0.25 * random.normal();
+    Minimum found = at_start(problem, {perturb(room.truth, off)});
+    if (!found.defined) continue;
+    double chi2 = found.normal.robust_chi2;
+    for (int step = 0; step < 40 && !found.converged; ++step) {
+      const int before = found.iterations;
+      run_newton(problem, 1, 1e-6, found);
+      if (found.converged) break;
+      EXPECT_LE(found.normal.robust_chi2, chi2 * (1 + 1e-9)) << seed;
+      if (found.iterations == before) break;
+      EXPECT_EQ(found.iterations, before + 1);
+      shortened += found.normal.robust_chi2 > 0.5 * chi2;
+      chi2 = found.normal.robust_chi2;
+    }
+    converged += found.converged;
+    EXPECT_TRUE(!found.converged || is_minimum(problem, found.state)) << seed;
+  }
+  EXPECT_GE(converged, 6);
+  EXPECT_GE(shortened, 3);
 }
 
 /// Three lamps that several poses fit, and a fourth lamp.

@@ -30,6 +30,7 @@ struct RefinementAhead {
 };
 
 /// `elapsed_s` returns the part of the budget that has been used when it is called.
-RungChoice rung_for(const RefinementAhead& ahead, const std::function<double()>& elapsed_s);
+LIBOCC_API RungChoice rung_for(const RefinementAhead& ahead,
+                               const std::function<double()>& elapsed_s);
 
 }  // namespace occ::internal::refine

@@ -14,7 +14,7 @@
 namespace occ::internal::refine {
 
 /// Quadratic in the image that equals d ln E / d m at nine points of the lamp's image.
-class EmissionSlope {
+class LIBOCC_API EmissionSlope {
  public:
   /// Zero everywhere.
   EmissionSlope() = default;
@@ -37,6 +37,7 @@ class EmissionSlope {
 
 /// Copies the lamp's light to `changed` with another order of emission. At the image of its centre
 /// the light stays the same, seen from the pose `reference`.
-void change_order(const Lamp& lamp, double order, const Rigid3& reference, Lamp& changed);
+LIBOCC_API void change_order(const Lamp& lamp, double order, const Rigid3& reference,
+                             Lamp& changed);
 
 }  // namespace occ::internal::refine

@@ -17,13 +17,13 @@ struct ExpectedError {
   double position_m = 0, rotation_rad = 0;
 };
 
-ExpectedError expected_error(const Rigid3& cam_from_world, const Matrix6& covariance,
-                             const Vector6& bias = Vector6::Zero());
+LIBOCC_API ExpectedError expected_error(const Rigid3& cam_from_world, const Matrix6& covariance,
+                                        const Vector6& bias = Vector6::Zero());
 
 /// Bias of the pose from using the lamps' centres for the centres of their images. `covariance`: of
 /// the pose, from the same centroids.
-Vector6 bias_of_points(const std::vector<Match>& matches, const std::vector<Blob>& blobs,
-                       const Scene& scene, const Rigid3& cam_from_world, const Matrix6& covariance,
-                       double model_sigma_px);
+LIBOCC_API Vector6 bias_of_points(const std::vector<Match>& matches, const std::vector<Blob>& blobs,
+                                  const Scene& scene, const Rigid3& cam_from_world,
+                                  const Matrix6& covariance, double model_sigma_px);
 
 }  // namespace occ::internal::refine

@@ -13,11 +13,11 @@
 namespace occ::internal::refine {
 
 /// True if an arc of the pose's rotation can bend the valley of chi2 by more than its width.
-bool may_be_flat(const Minimum& minimum);
+LIBOCC_API bool may_be_flat(const Minimum& minimum);
 
 /// If the valley is flat or bends by more than two standard deviations, lowers the information so
 /// that three standard deviations contain the poses, on both sides, at which the profile of chi2
 /// has risen by nine.
-void widen_if_flat(RefineProblem& problem, Minimum& minimum);
+LIBOCC_API void widen_if_flat(RefineProblem& problem, Minimum& minimum);
 
 }  // namespace occ::internal::refine

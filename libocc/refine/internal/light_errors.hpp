@@ -20,22 +20,21 @@ namespace occ::internal::refine {
 /// Blobs with these errors in the covariances of centroids without a rim; empty if there are none.
 /// The errors are common to all lamps. The fit treats them as independent, so their variance is
 /// multiplied by the number of these lamps.
-std::optional<std::vector<Blob>> with_errors_of_light(const Rigid3& cam_from_world,
-                                                      const std::vector<Match>& matches,
-                                                      const std::vector<Blob>& blobs,
-                                                      const Scene& scene);
+LIBOCC_API std::optional<std::vector<Blob>> with_errors_of_light(const Rigid3& cam_from_world,
+                                                                 const std::vector<Match>& matches,
+                                                                 const std::vector<Blob>& blobs,
+                                                                 const Scene& scene);
 
 /// True if the lamp's rim was measured and has grown because it is over-exposed.
 inline bool has_over_exposed_rim(const Blob& blob) { return blob.saturated && !blob.rim.empty(); }
 
 /// Blobs whose over-exposed rims are where they were without the predicted gradient; empty if there
 /// are none.
-std::optional<std::vector<Blob>> without_light_gradient(const Rigid3& cam_from_world,
-                                                        const std::vector<Match>& matches,
-                                                        const std::vector<Blob>& blobs,
-                                                        const Scene& scene);
+LIBOCC_API std::optional<std::vector<Blob>> without_light_gradient(
+    const Rigid3& cam_from_world, const std::vector<Match>& matches, const std::vector<Blob>& blobs,
+    const Scene& scene);
 
 /// Adds an error of the pose, one sigma, to the covariance and to the lamps' information.
-void add_pose_error(const Vector6& error, Refined& refined);
+LIBOCC_API void add_pose_error(const Vector6& error, Refined& refined);
 
 }  // namespace occ::internal::refine

@@ -12,6 +12,7 @@
 namespace occ::internal::refine {
 
 /// Continues from `minimum`. When it converges, `normal.information` is half the Hessian of chi2.
-void run_newton(RefineProblem& problem, int max_iterations, double tolerance_px, Minimum& minimum);
+LIBOCC_API void run_newton(RefineProblem& problem, int max_iterations, double tolerance_px,
+                           Minimum& minimum);
 
 }  // namespace occ::internal::refine

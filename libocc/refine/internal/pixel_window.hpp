@@ -18,7 +18,7 @@ struct BlobWindow {
 };
 
 /// Reads windows of one image and inverts the sensor response as detection does.
-class WindowReader {
+class LIBOCC_API WindowReader {
  public:
   /// Keeps a reference to the sensor.
   WindowReader(const ImageView& image, const Sensor& sensor);

@@ -10,7 +10,7 @@
 
 namespace occ::internal::refine {
 
-void add_prior(const Prior& prior, const Rigid3& cam_from_world, const Eigen::Vector3d& pivot,
-               PoseNormalEquations& normal);
+LIBOCC_API void add_prior(const Prior& prior, const Rigid3& cam_from_world,
+                          const Eigen::Vector3d& pivot, PoseNormalEquations& normal);
 
 }  // namespace occ::internal::refine
