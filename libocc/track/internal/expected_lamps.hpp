@@ -43,16 +43,17 @@ struct ExpectedLamp {
   std::optional<LampLook> before;  ///< measured in the images before
 };
 
-LampLook look_of(const Blob& blob, double time_s);
+LIBOCC_API LampLook look_of(const Blob& blob, double time_s);
 
 /// Predicts all lamps whose image may overlap the picture.
-std::vector<ExpectedLamp> expected_lamps(const Scene& scene, const PredictedCamera& predicted,
-                                         double gate_sigma, double model_sigma_px);
+LIBOCC_API std::vector<ExpectedLamp> expected_lamps(const Scene& scene,
+                                                    const PredictedCamera& predicted,
+                                                    double gate_sigma, double model_sigma_px);
 
 /// Returns the windows that contain the lamps within the gate, with a margin of background, clipped
 /// to the image. A lamp near the camera's image plane has an unlimited gate.
-std::vector<PixelWindow> windows_of(const std::vector<ExpectedLamp>& expected, const Camera& camera,
-                                    double gate_sigma);
+LIBOCC_API std::vector<PixelWindow> windows_of(const std::vector<ExpectedLamp>& expected,
+                                               const Camera& camera, double gate_sigma);
 
 /// Deletes the references `before` of lamps that may have changed for a good reason: those that
 /// blink. The contrast of all others is scaled by the median ratio of the blobs in the gates, if at
@@ -65,21 +66,21 @@ LIBOCC_API void adapt_looks(std::vector<ExpectedLamp>& expected, const std::vect
 /// `before` is set: it must have an eighth of its contrast, or less if its image is smeared, and at
 /// most sixteen times its area. A blob that the border cuts or that is larger because it saturates
 /// is not rejected.
-std::vector<Match> match_expected(const std::vector<ExpectedLamp>& expected,
-                                  const std::vector<Blob>& blobs, const Scene& scene,
-                                  double gate_sigma);
+LIBOCC_API std::vector<Match> match_expected(const std::vector<ExpectedLamp>& expected,
+                                             const std::vector<Blob>& blobs, const Scene& scene,
+                                             double gate_sigma);
 
 /// Time from the start of the first line's exposure to the middle of the exposure of the line at a
 /// pixel.
-double readout_delay_s(const Sensor& sensor, const Eigen::Vector2d& px);
+LIBOCC_API double readout_delay_s(const Sensor& sensor, const Eigen::Vector2d& px);
 
 /// Mean of readout_delay_s over the matched blobs.
-double mean_delay_s(const Sensor& sensor, const std::vector<Match>& matches,
-                    const std::vector<Blob>& blobs);
+LIBOCC_API double mean_delay_s(const Sensor& sensor, const std::vector<Match>& matches,
+                               const std::vector<Blob>& blobs);
 
 /// Moves each matched blob to its place at the time of the prediction. The error of the velocity is
 /// propagated to the covariances of the blob.
-void to_time_of(const PredictedCamera& predicted, const Scene& scene,
-                const std::vector<Match>& matches, std::vector<Blob>& blobs);
+LIBOCC_API void to_time_of(const PredictedCamera& predicted, const Scene& scene,
+                           const std::vector<Match>& matches, std::vector<Blob>& blobs);
 
 }  // namespace occ::internal::track

@@ -37,7 +37,7 @@ struct DataEquation {
 /// Data equation with rows^T rows = information, rows^T residuals = gradient and rows^T systematic
 /// = gradient_by_systematic. Directions whose information is within the rounding errors of the
 /// scaled matrix are left out, with their gradient.
-DataEquation<6> data_equation(
+LIBOCC_API DataEquation<6> data_equation(
     const Matrix6& information, const Vector6& gradient,
     const Eigen::Matrix<double, 6, Eigen::Dynamic>& gradient_by_systematic = {});
 
@@ -47,8 +47,8 @@ using RowsOfThree = Eigen::Matrix<double, Eigen::Dynamic, 3, 0, 6, 3>;
 /// Data equation of three states, with the derivatives `along`, after the elimination of the other
 /// three, of unit variance, that the measurement depends on by `across`. Rows within the rounding
 /// errors are left out.
-DataEquation<3> eliminated(const RowsOfThree& across, const RowsOfThree& along,
-                           const DataEquation<6>& seen);
+LIBOCC_API DataEquation<3> eliminated(const RowsOfThree& across, const RowsOfThree& along,
+                                      const DataEquation<6>& seen);
 
 template <int states, int measured>
 class RootUpdate {

@@ -14,7 +14,7 @@
 
 namespace occ::internal::track {
 
-class SystematicErrors {
+class LIBOCC_API SystematicErrors {
  public:
   explicit SystematicErrors(const TrackerOptions& options);
 

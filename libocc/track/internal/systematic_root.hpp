@@ -83,7 +83,7 @@ struct SystematicRoot {
 };
 
 /// Update by a measurement of the first states.
-class SystematicUpdate {
+class LIBOCC_API SystematicUpdate {
  public:
   /// Root R, errors C, and a data equation of the first states; the columns of its `systematic` are
   /// those of the last rows of C, of which the last `uncertain` have uncertain derivatives.
