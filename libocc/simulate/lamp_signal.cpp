@@ -52,7 +52,6 @@ LIBOCC_MULTIVERSION(add_row_by_columns, (Row row, double* to, double* sums), (ro
 }  // namespace
 
 double add_lamp(const PaddedPatch& image, const Lamp& lamp, const Frame& frame, Signal& signal) {
-  if (image.width == 0) return 0;
   signal.touch({image.x0, image.y0, image.width, image.height});
   const bool by_columns = frame.scene.sensor.readout == Readout::columns;
   const Simd simd = frame.storage.simd();
