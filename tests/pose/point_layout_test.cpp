@@ -125,7 +125,7 @@ TEST(TriplesToTry, AreAllOfFourPointsTheLargestFirst) {
   Random random(5, 0);
   EXPECT_EQ(triples_to_try(random_columns(random, 3), random_columns(random, 3)),
             (std::vector<Triple>{{0, 1, 2}}));
-  std::set<int> largest_ones;
+  std::set<int> left_out;
   for (int trial = 0; trial < 40; ++trial) {
     const Eigen::Matrix3Xd points = random_columns(random, 4);
     const std::vector<Triple> triples = triples_to_try(points, random_columns(random, 4));
@@ -136,9 +136,9 @@ TEST(TriplesToTry, AreAllOfFourPointsTheLargestFirst) {
       EXPECT_LE(doubled_area(points, triple), doubled_area(points, triples[0]));
     }
     EXPECT_EQ(distinct.size(), 4u);
-    largest_ones.insert(6 - triples[0][0] - triples[0][1] - triples[0][2]);
+    left_out.insert(6 - triples[0][0] - triples[0][1] - triples[0][2]);
   }
-  EXPECT_EQ(largest_ones.size(), 4u);
+  EXPECT_EQ(left_out.size(), 4u);
 }
 
 TEST(TriplesToTry, AreThoseOfPointsOfBearingsAndOfTheOthers) {

@@ -20,8 +20,9 @@ inline bool is_whole(const Blob& blob) { return !blob.cut_by_border && !blob.mer
 
 /// Twice the covariance of points evenly spaced on a disc's rim in the image: the matrix of its
 /// squared semi-axes. Empty if the lamp is not visible.
-std::optional<Eigen::Matrix2d> image_moments_px2(const Lamp& lamp, const Rigid3& cam_from_world,
-                                                 const Camera& camera);
+LIBOCC_API std::optional<Eigen::Matrix2d> image_moments_px2(const Lamp& lamp,
+                                                            const Rigid3& cam_from_world,
+                                                            const Camera& camera);
 
 /// Semi-axes (minor, major) of a disc's predicted image, from points evenly spaced on its rim;
 /// empty if the lamp is not visible.
@@ -38,7 +39,7 @@ LIBOCC_API std::optional<Eigen::Array2d> predicted_light_axes_px(const Lamp& lam
 /// Message about a lamp whose size contradicts the pose; empty if there is none. Lamps identified
 /// by their codes, saturated lamps (their rims have grown) and lamps that were left out are not
 /// tested.
-std::string size_contradiction(const Refined& refined, const std::vector<Blob>& blobs,
-                               const Scene& scene);
+LIBOCC_API std::string size_contradiction(const Refined& refined, const std::vector<Blob>& blobs,
+                                          const Scene& scene);
 
 }  // namespace occ::internal::refine

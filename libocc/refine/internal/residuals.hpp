@@ -12,8 +12,8 @@ namespace occ::internal::refine {
 
 /// Fills in the residual of each lamp and the root mean square over all lamps. For a cut lamp the
 /// rim's residual is used, because the centroid is that of its visible part.
-void report_residuals(const State& state, const std::vector<Match>& matches,
-                      const Observations& observations, const Scene& scene, Rung rung,
-                      Refined& refined);
+LIBOCC_API void report_residuals(const State& state, const std::vector<Match>& matches,
+                                 const Observations& observations, const Scene& scene, Rung rung,
+                                 Refined& refined);
 
 }  // namespace occ::internal::refine
