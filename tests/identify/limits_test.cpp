@@ -47,12 +47,22 @@ TEST(IdentifyLimits, ASearchOutOfTimeStatesIt) {
 }
 
 TEST(IdentifyLimits, ACompleteSearchHasNothingUntried) {
-  Random random(2);
-  const Scene scene = test::random_room(random, 6);
-  const View view = test::random_view(scene, random, 6, 0.1);
-  const Result<Identification> found = identify(view.blobs, scene);
-  EXPECT_FALSE(found->cut_short);
-  EXPECT_EQ(found->untried, 0);
+  for (const int lamps : {4, 5, 6}) {
+    Random random(2);
+    const Scene scene = test::random_room(random, 6);
+    const View view = test::random_view(scene, random, lamps, 0.1);
+    IdentifyOptions options;
+    for (const IdentifyMethod method :
+         {IdentifyMethod::automatic, IdentifyMethod::alignment, IdentifyMethod::voting,
+          IdentifyMethod::ransac, IdentifyMethod::clustering}) {
+      options.method = method;
+      const Result<Identification> found = identify(view.blobs, scene, options);
+      EXPECT_FALSE(found->cut_short);
+      EXPECT_EQ(found->untried, 0);
+      EXPECT_TRUE(test::holds_truth(found.value, view)) << lamps;
+      EXPECT_GT(found->tried, 0);
+    }
+  }
 }
 
 // Sizes with errors of 10 %; the sizes of saturated blobs are too large, others are unknown.

@@ -91,23 +91,24 @@ void account_for_unpaired_lamps(const AssignmentProblem& problem, PoseHypothesis
 
 /// True if the lamps are collinear within the errors of their blobs, so that every rotation about
 /// the line agrees with the image. `attached` lamps count as well.
-bool appears_collinear(const AssignmentProblem& problem, const std::vector<Pair>& pairs,
-                       const Rigid3& pose, const std::vector<Match>& attached = {});
+LIBOCC_API bool appears_collinear(const AssignmentProblem& problem, const std::vector<Pair>& pairs,
+                                  const Rigid3& pose, const std::vector<Match>& attached = {});
 
 /// Rotates the pose about the line through three lamps. Returns all local minima of the prior's
 /// chi-square; without prior, rotations by equal steps.
-std::vector<Rigid3> rotations_about_line(const AssignmentProblem& problem,
-                                         const Assignment& assignment, const Rigid3& pose);
+LIBOCC_API std::vector<Rigid3> rotations_about_line(const AssignmentProblem& problem,
+                                                    const Assignment& assignment,
+                                                    const Rigid3& pose);
 
 /// The points in the columns; if they are exactly on a line, one is moved off it by a millionth of
 /// their distance: P3P has no solution for points on a line. The rotation about it is arbitrary.
-Eigen::Matrix3d off_their_line(const Eigen::Matrix3d& points);
+LIBOCC_API Eigen::Matrix3d off_their_line(const Eigen::Matrix3d& points);
 
 /// True if the blobs are almost on a line in the image, as those of a row of lamps.
 bool appear_as_row(const AssignmentProblem& problem);
 
 /// True if three lamps are almost on a line.
-bool are_a_row(const AssignmentProblem& problem, int a, int b, int c);
+LIBOCC_API bool are_a_row(const AssignmentProblem& problem, int a, int b, int c);
 
 /// Motion that maps the lamps matched by `best` to those matched by `rival`.
 Symmetry find_symmetry(const AssignmentProblem& problem, const PoseHypothesis& best,

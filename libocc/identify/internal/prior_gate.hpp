@@ -16,10 +16,10 @@ inline constexpr double max_prior_chi2 = max_prior_sigmas * max_prior_sigmas;
 
 /// Rotation from a frame whose z axis points up to the camera frame. The prior must contain
 /// gravity.
-Eigen::Matrix3d cam_from_upright(const AssignmentProblem& problem);
+LIBOCC_API Eigen::Matrix3d cam_from_upright(const AssignmentProblem& problem);
 
 /// Compares poses with the height, position, heading and last pose of the prior, at six sigma.
-class PriorGate {
+class LIBOCC_API PriorGate {
  public:
   PriorGate(const AssignmentProblem& problem, const Eigen::Matrix3d& cam_from_upright);
 

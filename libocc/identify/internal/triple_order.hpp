@@ -28,7 +28,7 @@ struct BlobTriple {
   }
 };
 
-class TripleOrder {
+class LIBOCC_API TripleOrder {
  public:
   explicit TripleOrder(const AssignmentProblem& problem, int size = 3);  ///< size: 3 or 2
 

@@ -38,7 +38,8 @@ struct Consensus {
 };
 
 /// Points: about their frame's origin, in units of their size; bearings: unit, with a positive z.
-Consensus find_consensus(const Eigen::Matrix3Xd& points, const Eigen::Matrix3Xd& bearings,
-                         const SeenPoints& seen, const ConsensusOptions& options);
+LIBOCC_API Consensus find_consensus(const Eigen::Matrix3Xd& points,
+                                    const Eigen::Matrix3Xd& bearings, const SeenPoints& seen,
+                                    const ConsensusOptions& options);
 
 }  // namespace occ::internal::pose
