@@ -40,15 +40,26 @@ double radius_of(const std::vector<Agreement>& inliers, std::size_t count, doubl
   return std::max(sigma_px, unbiased * inliers[count - 1].residual_px);
 }
 
-// Point farthest from the best-fitting line.
-Eigen::Index furthest_from_line(const Eigen::Matrix3Xd& points) {
+// Point without which the others are nearest to a line. Its distance from the line through all
+// points does not show it: a point beyond the ends of a row turns that line towards itself.
+Eigen::Index point_off_line(const Eigen::Matrix3Xd& points) {
+  const auto count = static_cast<double>(points.cols());
   const Eigen::Vector3d middle = points.rowwise().mean();
   const Eigen::Matrix3Xd centred = points.colwise() - middle;
-  const auto axes = core::symmetric_eigen<Eigen::Matrix3d>(centred * centred.transpose());
-  const Eigen::Matrix<double, 3, 2> across = axes.eigenvectors().leftCols<2>();
-  Eigen::Index furthest;
-  (across.transpose() * centred).colwise().squaredNorm().maxCoeff(&furthest);
-  return furthest;
+  const Eigen::Matrix3d scatter = centred * centred.transpose();
+  Eigen::Index best = 0;
+  double smallest = std::numeric_limits<double>::infinity();
+  for (Eigen::Index i = 0; i < points.cols(); ++i) {
+    const Eigen::Vector3d arm = centred.col(i);
+    const Eigen::Matrix3d rest = scatter - count / (count - 1) * arm * arm.transpose();
+    const auto eigen = core::symmetric_eigen<Eigen::Matrix3d>(rest, Eigen::EigenvaluesOnly);
+    const double height2 = eigen.eigenvalues().head<2>().sum();
+    if (height2 < smallest) {
+      smallest = height2;
+      best = i;
+    }
+  }
+  return best;
 }
 
 }  // namespace
@@ -92,7 +103,7 @@ bool rests_on_a_line(const Eigen::Matrix3Xd& points, const std::vector<int>& inl
     const FalseAlarmModel turns{chance.points - (agree - off), sample, poses, chance.probability};
     if (log_false_alarms(turns, off) <= std::log(most)) return false;
     if (sigmas * height_over_line(left) < min_seen_height) return true;
-    left.col(furthest_from_line(left)) = left.rightCols<1>();
+    left.col(point_off_line(left)) = left.rightCols<1>();
     left.conservativeResize(Eigen::NoChange, left.cols() - 1);
   }
   return false;

@@ -155,7 +155,7 @@ TEST(FlatMinimum, StaysAsItIsFarFromTheCylinder) {
 }
 
 TEST(FlatMinimum, IsRecognisedByTheWidthOfTheRotation) {
-  // The same view with more noise: the arc grows with the square of the standard deviation.
+  // The arc grows with the square of the standard deviation.
   const auto is_flat = [](double sigma_px) {
     const NearCylinder view(0.3, sigma_px);
     RefineProblem problem = view.problem();

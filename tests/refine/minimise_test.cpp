@@ -172,6 +172,21 @@ TEST(Newton, NeverClimbsAndReportsAnEarlyEnd) {
   EXPECT_GE(shortened, 3);
 }
 
+TEST(Newton, StopsWhereALampTurnsItsDarkSide) {
+  // A lamp seen exactly from the side: the camera sees its lit side here, but not a step farther.
+  NoisyRoom room(1, Rung::centres);
+  Lamp& lamp = room.scene.lamps[0];
+  const Eigen::Vector3d view = (room.truth.origin_in_source() - lamp.centre_m).normalized();
+  lamp.normal = (view.unitOrthogonal() + 1e-9 * view).normalized();
+  RefineProblem problem(room.observations, room.scene, room.options, Rung::centres);
+  Minimum minimum = at_start(problem, {room.truth});
+  ASSERT_TRUE(minimum.defined);
+  run_newton(problem, 30, 1e-6, minimum);
+  EXPECT_FALSE(minimum.converged);
+  EXPECT_EQ(minimum.iterations, 0);
+  EXPECT_EQ(minimum.state.cam_from_world.translation, room.truth.translation);
+}
+
 /// Three lamps that several poses fit, and a fourth lamp.
 struct Ambiguous {
   Scene scene;

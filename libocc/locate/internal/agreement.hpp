@@ -11,8 +11,8 @@
 namespace occ::internal::locate {
 
 /// Probability model of outliers: uniform in the rectangle of all pixels.
-pose::FalseAlarmModel chance_anywhere(const Eigen::Matrix2Xd& pixels, double radius_px, int sample,
-                                      int poses);
+LIBOCC_API pose::FalseAlarmModel chance_anywhere(const Eigen::Matrix2Xd& pixels, double radius_px,
+                                                 int sample, int poses);
 
 /// An inlier and its distance from the projected point.
 struct Agreement {
@@ -30,13 +30,13 @@ struct Significance {
 /// radius, of a few, with the fewest false alarms. Residuals of a least-squares fit are scaled up
 /// by its degrees of freedom; the smallest radius is sigma_px. In crowded areas a wrong
 /// correspondence is often as good as the correct one; inliers that share a radius count once.
-Significance significance(const Eigen::Matrix2Xd& pixels, std::vector<Agreement> inliers,
-                          double sigma_px, int sample, int poses);
+LIBOCC_API Significance significance(const Eigen::Matrix2Xd& pixels, std::vector<Agreement> inliers,
+                                     double sigma_px, int sample, int poses);
 
 /// True if all inliers but a few lie on a line, and those few are not significant: every rotation
 /// about the line fits the others, and the best rotation of random points would gain as many.
 /// `sigmas`: sigmas per unit of length across the line; `most`: maximum number of false alarms.
-bool rests_on_a_line(const Eigen::Matrix3Xd& points, const std::vector<int>& inliers, double sigmas,
-                     const pose::FalseAlarmModel& chance, double most);
+LIBOCC_API bool rests_on_a_line(const Eigen::Matrix3Xd& points, const std::vector<int>& inliers,
+                                double sigmas, const pose::FalseAlarmModel& chance, double most);
 
 }  // namespace occ::internal::locate

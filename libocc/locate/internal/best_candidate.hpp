@@ -4,19 +4,20 @@
 
 #include <string>
 
+#include "libocc/core/abi.hpp"
 #include "libocc/locate/fix.hpp"
 
 namespace occ::internal::locate {
 
 /// Copies pose, covariance and lamps of the first candidate.
-void take_best(Fix& fix);
+LIBOCC_API void take_best(Fix& fix);
 
 /// Sets the probabilities of the candidates, best first, and the risk, for known correspondences:
 /// their likelihoods e^(-chi2 / (2 misfit)) over the sum of all. `excluded`: sum of the
 /// likelihoods, over that of the best, of poses that are no candidates.
-void weigh(Fix& fix, double misfit, double excluded = 0);
+LIBOCC_API void weigh(Fix& fix, double misfit, double excluded = 0);
 
 /// Number of poses that fit, and the probability of the best one.
-std::string rivals_message(const Fix& fix);
+LIBOCC_API std::string rivals_message(const Fix& fix);
 
 }  // namespace occ::internal::locate

@@ -19,11 +19,12 @@ namespace occ::internal::locate {
 
 /// True if the curve leaves its tangent, at 4 sigma, by an amount that the errors do not hide. The
 /// test is an upper bound and takes no evaluation of residuals. `rotation_variance`: trace [rad^2].
-bool is_curved(const pose::PointFit& fit, double rotation_variance);
+LIBOCC_API bool is_curved(const pose::PointFit& fit, double rotation_variance);
 
 /// True if chi2 at 4 sigma along the curve is far below its quadratic model: the likelihood is
 /// flat, and no covariance describes the pose.
-bool is_flat(const pose::SeenPoints& seen, const pose::PointFit& fit, double variance_factor);
+LIBOCC_API bool is_flat(const pose::SeenPoints& seen, const pose::PointFit& fit,
+                        double variance_factor);
 
 /// Covariance of the fit's pose as a left perturbation (rotation, then translation), in the unit of
 /// the points' frame. `variance_factor` multiplies the variance of the residuals. Includes the

@@ -8,6 +8,7 @@
 #include <functional>
 #include <vector>
 
+#include "libocc/core/abi.hpp"
 #include "libocc/identify/identify.hpp"
 #include "libocc/refine/internal/ranking.hpp"
 
@@ -15,7 +16,8 @@ namespace occ::internal::locate {
 
 /// Adds poses whose probabilities are relative to those of the refinement, which sum to 1, and
 /// sorts.
-void append_rivals(std::vector<refine::RankedPose> rivals, refine::Refinement& refinement);
+LIBOCC_API void append_rivals(std::vector<refine::RankedPose> rivals,
+                              refine::Refinement& refinement);
 
 /// Searches again with the estimated errors of the map, if the best pose needs some, and adds the
 /// poses of other assignments with their probabilities. `found` keeps their hypotheses.
