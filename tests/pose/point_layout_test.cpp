@@ -252,8 +252,8 @@ TEST(PinholeFrame, NeedsBearingsInFrontOfTheirMean) {
     return problem_of(bearings);
   };
   EXPECT_TRUE(pinhole_frame(spread(1.5)));
-  EXPECT_TRUE(pinhole_frame(spread(pi / 2 - 0.002)));
-  EXPECT_FALSE(pinhole_frame(spread(pi / 2 - 0.0004)));
+  EXPECT_TRUE(pinhole_frame(spread(89.93 * pi / 180)));
+  EXPECT_FALSE(pinhole_frame(spread(89.95 * pi / 180)));
   PoseProblem problem = spread(1);
   problem.bearings(0, 0) = std::nan("");
   EXPECT_FALSE(pinhole_frame(problem));

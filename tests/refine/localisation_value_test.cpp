@@ -92,7 +92,24 @@ TEST(LocalisationValue, ViewsAreOfTheMiddleFromAllSides) {
     sum += view.origin_in_source() - middle;
   }
   EXPECT_LT(sum.norm() / 100, 0.02);
-  EXPECT_LT((middle - Vector3d(5, -3, 2)).norm(), 0.3);
+  Vector3d low = object.points[0].position_m, high = low;
+  for (const ObjectPoint& p : object.points) {
+    low = low.cwiseMin(p.position_m);
+    high = high.cwiseMax(p.position_m);
+  }
+  EXPECT_LT((middle - 0.5 * (low + high)).norm(), 1e-9);
+}
+
+TEST(LocalisationValue, ViewsAreSpreadEvenly) {
+  Random random(3);
+  const std::vector<Rigid3> views = views_around(bodies::random_object(random, 9), {1.0}, 100);
+  double nearest = 10;
+  for (std::size_t i = 0; i < views.size(); ++i)
+    for (std::size_t k = 0; k < i; ++k)
+      nearest =
+          std::min(nearest, (views[i].origin_in_source() - views[k].origin_in_source()).norm());
+  // A hundred discs of this diameter cover 60 % of the unit sphere; the densest packing 90 %.
+  EXPECT_GT(nearest, 0.3);
 }
 
 TEST(LocalisationValue, SaysWhatIsWrong) {

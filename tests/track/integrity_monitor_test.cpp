@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -86,6 +87,29 @@ TEST(IntegrityMonitor, BoundsTheErrorWithinTheLimit) {
     EXPECT_LT(steps[i].level_m, 0.05) << "image " << i;
     EXPECT_EQ(steps[i].frame.protection_level_m, steps[i].level_m);
     EXPECT_EQ(steps[i].frame.reason, "");
+  }
+}
+
+TEST(IntegrityMonitor, InSpaceItHoldsAtTheTimesOfTheImages) {
+  // Without a floor there is no odometry that could carry the level to other times.
+  occ::TrackerOptions options = options_with(0.05);
+  options.floor.reset();
+  occ::Tracker tracker(six_lamps(), options);
+  occ::Renderer lit(six_lamps());
+  occ::SimulateOptions simulated;
+  occ::Rendered rendered;
+  for (int i = 0; i < 4; ++i) {
+    const double time_s = frame_s * i;
+    simulated.frame = static_cast<std::uint32_t>(i);
+    const occ::Rigid3 pose = mount() * body_from_world(pose_at(0));
+    lit.render(pose, simulated, rendered);
+    const occ::TrackedFrame frame = tracker.add_image(rendered.image.view(), time_s);
+    const Eigen::Vector3d off_m = frame.position_m - pose.origin_in_source();
+    if (i == 0) continue;
+    EXPECT_LT(frame.protection_level_m, 0.05);
+    EXPECT_LT(off_m.head<2>().norm(), frame.protection_level_m);
+    EXPECT_EQ(tracker.protection_level_m(time_s + 0.5 * frame_s),
+              std::numeric_limits<double>::infinity());
   }
 }
 

@@ -92,6 +92,25 @@ int images_until_lost(const TrackerOptions& options) {
   return 200;
 }
 
+TEST(TrackerStates, ReportsTheTimesOfTheStepsOfASearchAndOfATrackedImage) {
+  StateWorld world;
+  Tracker tracker(StateWorld::scene());
+  const TrackedFrame first = tracker.add_image(world.image(looking_up(2), 0).view(), 0);
+  EXPECT_TRUE(first.full_search);
+  EXPECT_GT(first.timing_s.detect_s, 0);
+  EXPECT_GT(first.timing_s.identify_s, 0);
+  EXPECT_GT(first.timing_s.refine_s, 0);
+  EXPECT_LE(first.timing_s.detect_s + first.timing_s.identify_s + first.timing_s.refine_s,
+            first.timing_s.total_s);
+  const TrackedFrame second =
+      tracker.add_image(world.image(looking_up(2), state_frame_s).view(), state_frame_s);
+  EXPECT_FALSE(second.full_search);
+  EXPECT_GT(second.timing_s.detect_s, 0);
+  EXPECT_EQ(second.timing_s.identify_s, 0);
+  EXPECT_GT(second.timing_s.refine_s, 0);
+  EXPECT_LE(second.timing_s.detect_s + second.timing_s.refine_s, second.timing_s.total_s);
+}
+
 TEST(TrackerStates, CoastsForTheTimeOfTheOption) {
   TrackerOptions options;
   options.coast_sigma_m = 100;
