@@ -83,7 +83,7 @@ TEST(Significance, IsThatOfTheBestRadius) {
 }
 
 TEST(Significance, CountsInliersThatShareARadiusOnce) {
-  // Each pixel has a twin at 0.3 px: 12 inliers are as good as 6 of 50.
+  // Each pixel has a neighbour at 0.3 px: 12 inliers are as good as 6 of 50.
   Eigen::Matrix2Xd pixels = grid_of_pixels();
   for (int i = 0; i < 50; ++i) pixels.col(99 - i) = pixels.col(i) + Eigen::Vector2d(0.3, 0);
   std::vector<Agreement> inliers = with_residuals(6, 0.2);

@@ -96,6 +96,37 @@ void expect_honest(int maps) {
     }
 }
 
+TEST(WrongMap, RivalsHaveTheOddsOfASearchThatStatesTheErrors) {
+  const Scene truth = room_of_four();
+  int compared = 0, agree = 0;
+  for (std::uint64_t seed = 0; seed < 2; ++seed) {
+    Random random(seed, 13);
+    const Eigen::Vector3d at(random.uniform(-0.3, 0.3), random.uniform(-0.3, 0.3), 0.3);
+    const Image image = simulate(truth, look_at(at, {0, 0.05, 3}, {0, 1, 0})).image;
+    for (int i = 0; i < 4; ++i) {
+      Scene map = truth;
+      for (Lamp& lamp : map.lamps)
+        for (int k = 0; k < 3; ++k) lamp.centre_m[k] += 5e-3 * random.normal();
+      const Result<Fix> fix = locate(image.view(), map);
+      // A rival without an estimate of its own comes from the search with the errors of the best.
+      if (fix->candidates.size() != 2 || !fix->candidates[0].estimated_map_sigma_m ||
+          fix->candidates[1].estimated_map_sigma_m)
+        continue;
+      map.map_sigma_m = 1.5 * *fix->candidates[0].estimated_map_sigma_m;
+      const Result<Fix> stated = locate(image.view(), map);
+      if (stated->candidates.size() != 2) continue;
+      const auto log_odds = [](const Fix& of) {
+        return std::log(*of.candidates[0].probability / *of.candidates[1].probability);
+      };
+      ++compared;
+      agree += std::abs(log_odds(fix.value) - log_odds(stated.value)) < std::log(3);
+    }
+  }
+  // If the search with the errors does not find the best pose again, its rival is worth a doubt.
+  EXPECT_GE(agree, 3);
+  EXPECT_GE(agree, compared - 1);
+}
+
 TEST(WrongMap, OfFourLampsIsNotBelieved) { expect_honest(8); }
 
 TEST(SlowWrongMap, OfFourLampsIsNotBelieved) { expect_honest(60); }

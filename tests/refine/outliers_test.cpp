@@ -45,7 +45,7 @@ struct DisplacedLamp {
   struct Verdict {
     int worst = -1;
     bool rejected = false;
-    double margin = 1e9;  ///< of the closest of the three decisions
+    double margin = 1e9;  ///< smallest distance of the three decisions from their limits
   };
   Verdict verdict(int lamps) const {
     std::vector<Match> all = test::in_order(scene);
