@@ -46,5 +46,24 @@ TEST(WallLight, OfAPointLampDoesNotDependOnASize) {
   EXPECT_EQ((wall_image(scene) - small).norm(), 0);
 }
 
+TEST(WallLight, IsInTheDomainOfAFisheyeLensOnly) {
+  Scene scene = wall_scene();
+  scene.lamps[0].normal = {0, 0, -1};
+  scene.camera = Camera::fisheye(80, 60, 12, 12, 39.5, 29.5);  // the corners are at 4 rad
+  const Eigen::MatrixXd image = wall_image(scene);
+  int inside = 0, outside = 0;
+  for (int x = 0; x < 80; ++x)
+    for (int y = 0; y < 60; ++y) {
+      if (scene.camera.unproject({x, y})) {
+        inside += image(x, y) > 1000;
+        continue;
+      }
+      ++outside;
+      EXPECT_EQ(image(x, y), 1000) << x << " " << y;
+    }
+  EXPECT_GT(outside, 500);
+  EXPECT_GT(inside, 2000);
+}
+
 }  // namespace
 }  // namespace occ
