@@ -59,7 +59,7 @@ void run_newton(RefineProblem& problem, int max_iterations, double tolerance_px,
   for (int i = 0; i < max_iterations; ++i, ++minimum.iterations) {
     const Vector8 units = units_of(minimum.normal);
     const std::optional<Matrix8> hessian = half_hessian(problem, minimum, units);
-    if (!hessian || !hessian->allFinite()) return;
+    if (!hessian) return;
     const auto eigen = core::symmetric_eigen<Matrix8>(*hessian);
     const Vector8 curvature = eigen.eigenvalues().cwiseAbs().cwiseMax(min_curvature);
     const Vector8 gradient = units.cwiseProduct(minimum.normal.gradient);
