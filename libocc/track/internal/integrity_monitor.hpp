@@ -38,7 +38,7 @@ struct SingleImage {
   Matrix6 mount_covariance;  ///< part of mount and clock in that of cam_from_world
 };
 
-class IntegrityMonitor {
+class LIBOCC_API IntegrityMonitor {
  public:
   explicit IntegrityMonitor(const TrackerOptions& options);
 
