@@ -335,6 +335,10 @@ TEST(ToTimeOf, ChangesNothingWithAGlobalShutterOrBehindTheCamera) {
   to_time_of(moving.predicted, moving.scene, moving.matches, moving.blobs);
   EXPECT_EQ(moving.blobs[0].centroid_px, before);
   moving.scene.sensor.row_time_s = 5e-5;
+  moving.predicted.velocity.head<3>() = Eigen::Vector3d(300, 0, 0);  // half a turn in 10 ms
+  to_time_of(moving.predicted, moving.scene, moving.matches, moving.blobs);
+  EXPECT_EQ(moving.blobs[0].centroid_px, before);
+  moving.predicted.velocity.setZero();
   moving.scene.lamps[4].centre_m.z() = -2;
   to_time_of(moving.predicted, moving.scene, moving.matches, moving.blobs);
   EXPECT_EQ(moving.blobs[0].centroid_px, before);

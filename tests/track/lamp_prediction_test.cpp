@@ -119,7 +119,8 @@ TEST(ExpectedLamps, HaveTheExtentOfTheirImageAcrossTheLines) {
 TEST(ExpectedLamps, AreThoseInViewOnly) {
   MovingCamera camera;
   camera.scene.lamps[0].normal = Eigen::Vector3d::UnitZ();  // dark side
-  camera.scene.lamps[1].centre_m.z() = -1;                  // behind the camera
+  camera.scene.lamps[1].centre_m.z() = -1;                  // behind the camera, and lit towards it
+  camera.scene.lamps[1].normal = Eigen::Vector3d::UnitZ();
   const Eigen::Vector3d eye = camera.predicted.cam_from_world.origin_in_source();
   const Eigen::Vector3d on_way = 0.5 * (eye + camera.scene.lamps[2].centre_m);
   camera.scene.boxes = {{on_way.array() - 0.05, on_way.array() + 0.05}};
@@ -215,7 +216,7 @@ TEST(ExpectedLamps, AreDarkForTheLongestPauseOfTheirWaveform) {
 TEST(LampWindows, ContainTheGateAndBackgroundAndEndAtTheBorder) {
   ExpectedLamp lamp;
   lamp.px = {300.4, 200.3};
-  lamp.covariance_px2 << 9, 2, 2, 5;
+  lamp.covariance_px2 << 100, 30, 30, 25;
   const double gate =
       4 * std::sqrt(
               Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(lamp.covariance_px2).eigenvalues()[1]);
