@@ -329,6 +329,9 @@ TEST(FluxRatioOfALamp, AddsTheVariancesAndKnowsLowerBounds) {
   lamp.frequency_hz.reset();
   lamp.code.emplace();
   EXPECT_TRUE(ratio().at_least);
+  blob.flux_sigma_dn = 0;  // no measurement
+  EXPECT_FALSE(flux_ratio(lamp, blob, room.pose, room.scene));
+  blob.flux_sigma_dn = 120;
   room.scene.lens.vignetting = {-0.5};
   const double transmission = std::exp(std::log(400) - *log_flux(blob, room.scene));
   EXPECT_LT(transmission, 1);

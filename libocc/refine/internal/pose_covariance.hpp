@@ -13,7 +13,7 @@ struct PoseCovariance {
 };
 
 /// Marginalises growth and log_factor. A direction is undetermined if its information is below
-/// 1e-12 of the largest, after scaling by the largest of the rotation and of the translation.
+/// 1e-14 of the largest, after scaling by the largest of the rotation and of the translation.
 LIBOCC_API PoseCovariance pose_covariance(const PoseNormalEquations& normal,
                                           const Eigen::Vector3d& pivot);
 
