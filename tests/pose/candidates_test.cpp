@@ -421,14 +421,16 @@ TEST(PoseCandidates, ThrowsForInvalidArguments) {
     expect_contains(error_message(p), "up_in_cam");
   }
   PoseProblem p = good;
-  p.bearings.col(4) *= 1 + 2e-6;
-  expect_contains(error_message(p), "bearings[4]");
-  p = good;
-  p.bearings.col(4) *= 1 + 5e-7;
-  EXPECT_EQ(error_message(p), "");
-  p = good;
-  *p.up_in_cam *= 1.1;
-  expect_contains(error_message(p), "up_in_cam");
+  for (const double side : {-1, 1}) {
+    p.bearings.col(4) = (1 + side * 1.2e-6) * good.bearings.col(4);
+    expect_contains(error_message(p), "bearings[4]");
+    p.bearings.col(4) = (1 + side * 0.8e-6) * good.bearings.col(4);
+    *p.up_in_cam = (1 + side * 0.8e-6) * *good.up_in_cam;
+    EXPECT_EQ(error_message(p), "");
+    *p.up_in_cam = (1 + side * 1.2e-6) * *good.up_in_cam;
+    expect_contains(error_message(p), "up_in_cam");
+    p = good;
+  }
   p = good;
   p.bearings.conservativeResize(3, 4);
   expect_contains(error_message(p), "bearings");

@@ -135,6 +135,33 @@ TEST(PredictedAxes, AreThoseOfTheProjectedDisc) {
   EXPECT_FALSE(predicted_axes_px(lamp, {}, camera));
 }
 
+TEST(PredictedLightAxes, AreTwoDeviationsOfTheLight) {
+  // Frontal rectangle of 0.4 m by 0.2 m: half the side over sqrt(3), times two.
+  const Camera camera = test::vga_camera();
+  Lamp lamp = test::disc_lamp(0, {0, 0, 4});
+  lamp.shape = LampShape::rectangle;
+  lamp.size_m = {0.4, 0.2};
+  lamp.normal = {0, 0, -1};
+  lamp.x_axis = {0, 1, 0};
+  const Eigen::Array2d axes = *predicted_light_axes_px(lamp, {}, camera);
+  EXPECT_NEAR(axes[0], 25 / std::sqrt(12) * 2, 1e-9);
+  EXPECT_NEAR(axes[1], 50 / std::sqrt(12) * 2, 1e-9);
+  lamp.shape = LampShape::lame;  // an ellipse
+  lamp.exponent = 2;
+  EXPECT_NEAR((*predicted_light_axes_px(lamp, {}, camera))[1], 25, 1e-9);
+  // One end of either side is behind the camera.
+  lamp.shape = LampShape::rectangle;
+  lamp.size_m = {12, 0.2};
+  lamp.x_axis = {0, 0, 1};
+  lamp.normal = {0, -1, 0};
+  EXPECT_FALSE(predicted_light_axes_px(lamp, {}, camera));
+  lamp.size_m = {0.2, 12};
+  lamp.x_axis = {1, 0, 0};
+  EXPECT_FALSE(predicted_light_axes_px(lamp, {}, camera));
+  lamp.size_m = {0.2, 6};
+  EXPECT_TRUE(predicted_light_axes_px(lamp, {}, camera));
+}
+
 /// A lamp of a pose that fits: rim of `points`, or none.
 struct SizedRoom : SeenRoom {
   Refined refined;

@@ -121,9 +121,9 @@ TEST(RungForecasts, CountRimsOfAllPosesAndPixelsOfThePlausibleOnes) {
   EXPECT_DOUBLE_EQ(ahead.seconds(Rung::centres), 16);
   EXPECT_DOUBLE_EQ(ahead.seconds(Rung::rims), rims);
   EXPECT_DOUBLE_EQ(ahead.seconds(Rung::direct), rims + pixels);
-  ahead.add(4);     // nearly as likely
+  ahead.add(13);    // a likelihood ratio of 665
   ahead.add(0, 5);  // fewer lamps
-  ahead.add(40);    // a likelihood ratio of 5e8
+  ahead.add(15);    // 1800, beyond a thousand
   EXPECT_DOUBLE_EQ(ahead.seconds(Rung::centres), 3 * 16 + 15);
   EXPECT_DOUBLE_EQ(ahead.seconds(Rung::rims), 4 * rims - 20);
   EXPECT_DOUBLE_EQ(ahead.seconds(Rung::direct), 4 * rims - 20 + 2 * pixels);
