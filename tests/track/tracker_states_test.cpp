@@ -200,6 +200,24 @@ TEST(TrackerStates, AClockThatIsSetBackWidensTheLastPose) {
   EXPECT_LT((frame.position_m - looking_up(1.5).origin_in_source()).norm(), 0.05);
 }
 
+TEST(TrackerStates, AClockThatIsSetBackIsThatOfAllCameras) {
+  StateWorld world;
+  Tracker tracker = resting_tracker({}, world);
+  FrameSource second;
+  second.camera = tracker.add_camera(StateWorld::scene(), Rigid3{});
+  TrackedFrame frame = tracker.add_image(world.image(looking_up(1.5), 1).view(), 1, second);
+  EXPECT_EQ(frame.state, TrackerState::tracking) << frame.reason;
+  for (int i = 0; i < 5; ++i) {
+    const double t = -100 + i * state_frame_s;
+    frame = tracker.add_image(world.image(looking_up(1.5), t).view(), t);
+  }
+  EXPECT_NE(frame.reason.find("set back by"), std::string::npos) << frame.reason;
+  const double next_s = -100 + 5 * state_frame_s;
+  frame = tracker.add_image(world.image(looking_up(1.5), next_s).view(), next_s, second);
+  EXPECT_EQ(frame.state, TrackerState::tracking) << frame.reason;
+  EXPECT_EQ(frame.reason, "");
+}
+
 TEST(TrackerStates, AKnownStartIsTrackedWithoutASearch) {
   StateWorld world;
   Tracker tracker(StateWorld::scene());
