@@ -12,6 +12,7 @@
 #include "libocc/core/math.hpp"
 #include "libocc/locate/internal/best_candidate.hpp"
 #include "libocc/locate/internal/map_rivals.hpp"
+#include "libocc/locate/robust_pose.hpp"
 #include "tests/support/support.hpp"
 
 namespace occ {
@@ -93,6 +94,30 @@ TEST(Significance, CountsInliersThatShareARadiusOnce) {
   const double probability = std::max(pi / size.prod(), 1.0 / 99);
   EXPECT_NEAR(significance(pixels, inliers, 1, 3, 4).log_false_alarms,
               log_false_alarms({50, 3, 4, probability}, 6), 1e-9);
+}
+
+TEST(Significance, IsReportedAsADecimalLogarithm) {
+  const Camera camera = test::vga_camera();
+  const Rigid3 pose{so3_exp({0.1, -0.2, 0.3}), {0.1, -0.2, 6}};
+  Random random(96, 0);
+  Eigen::Matrix3Xd points(3, 30);
+  Eigen::Matrix2Xd pixels(2, 30);
+  std::vector<Agreement> inliers;
+  for (int i = 0; i < 30; ++i) {
+    points.col(i) = test::random_vector(random);
+    pixels.col(i) = *camera.project(pose * Eigen::Vector3d(points.col(i)));
+    if (i < 18)
+      inliers.push_back({i, 0});
+    else
+      pixels.col(i) << random.uniform(0, 639), random.uniform(0, 479);
+  }
+  RobustPoseOptions options;
+  const Result<RobustPose> found = robust_pose(points, pixels, camera, options);
+  ASSERT_TRUE(found.ok()) << found.message;
+  ASSERT_EQ(std::count(found->inliers.begin(), found->inliers.end(), true), 18);
+  const double expected = significance(pixels, inliers, options.sigma_px, 3, 4).log_false_alarms;
+  EXPECT_LT(expected, -20);
+  EXPECT_NEAR(found->log10_false_alarms, expected / 2.302585092994046, 1e-3);
 }
 
 TEST(RestsOnALine, UnlessTheOthersAreSignificant) {
