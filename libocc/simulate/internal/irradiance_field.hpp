@@ -6,6 +6,7 @@
 #include <array>
 #include <vector>
 
+#include "libocc/core/abi.hpp"
 #include "libocc/formation/coverage.hpp"
 #include "libocc/geometry/rigid.hpp"
 #include "libocc/scene/scene.hpp"
@@ -13,7 +14,7 @@
 namespace occ::internal::simulate {
 
 /// Keeps its buffers and weights from call to call.
-class IrradianceField {
+class LIBOCC_API IrradianceField {
  public:
   explicit IrradianceField(Simd simd) : simd_(simd) {}
 
