@@ -87,6 +87,28 @@ std::vector<std::string> exact_parts(const Scene& scene, const RefineOptions& op
   return exact;
 }
 
+/// Mean distance of the lamps of a pose from the camera.
+double mean_distance_m(const RankedPose& pose, const Scene& scene) {
+  double sum_m = 0;
+  for (const Match& match : pose.hypothesis->matches)
+    sum_m += (pose.refined->cam_from_world * scene.lamps[match.lamp].centre_m).norm();
+  return sum_m / static_cast<double>(pose.hypothesis->matches.size());
+}
+
+/// A position that is less certain than the distance of the lamps is none.
+void refuse_unknown_position(const RankedPose& best, const Scene& scene, Result<Fix>& result) {
+  const double sigma_m = std::sqrt(result->position_covariance_m2.trace());
+  const double distance_m = mean_distance_m(best, scene);
+  if (!result.ok() || sigma_m < distance_m) return;
+  result.status = Status::degenerate;
+  std::ostringstream text;
+  text << std::setprecision(2)
+       << "the lamps do not determine the position: its standard deviation, " << sigma_m
+       << " m, exceeds their distance, " << distance_m << " m";
+  if (!result.message.empty()) text << "; " << result.message;
+  result.message = text.str();
+}
+
 /// Status and message of the fix. The first pose that was not refined determines them, then the
 /// risk, then the budget.
 void conclude(const Refinement& refinement, double max_risk, Result<Fix>& result) {
@@ -261,6 +283,7 @@ Result<Fix> locate_blobs(const std::vector<Blob>& blobs, const Scene& scene,
   const double risk = risk_of(refinement);
   fix.risk = risk + (1 - risk) * rest;
   conclude(refinement, options.max_risk, result);
+  refuse_unknown_position(refinement.poses.front(), scene, result);
   if (is_excluded(options.prior, fix.cam_from_world))
     result.message += std::string(result.message.empty() ? "" : "; ") +
                       "the prior excludes the most probable pose: check the prior";

@@ -60,11 +60,11 @@ struct LIBOCC_API LocateOptions {
 /// probable first, or one that may be accidental); no_lamps; too_few_lamps; no_pose (also if it is
 /// more probable that no candidate is right, or if a pose matches the lamps' positions but not
 /// their sizes, and the assignment follows from geometry alone); degenerate (the lamps are on a
-/// line in the image, see identify); not_converged (for any candidate; the fix holds the last
-/// iterate); budget_not_met (one pose, which is predicted to miss the budget or the target;
-/// Fix::choice states what would be needed). Throws std::invalid_argument if the image does not
-/// have the camera's size, or if scene or options are not valid. Effects that the scene switches
-/// off are ignored (Scene::as_rendered).
+/// line in the image, see identify, or the position is less certain than their distance);
+/// not_converged (for any candidate; the fix holds the last iterate); budget_not_met (one pose,
+/// which is predicted to miss the budget or the target; Fix::choice states what would be needed).
+/// Throws std::invalid_argument if the image does not have the camera's size, or if scene or
+/// options are not valid. Effects that the scene switches off are ignored (Scene::as_rendered).
 LIBOCC_API Result<Fix> locate(const ImageView& image, const Scene& scene,
                               const LocateOptions& options = {});
 

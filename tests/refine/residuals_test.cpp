@@ -8,11 +8,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "libocc/formation/internal/lens_blur.hpp"
 #include "libocc/refine/internal/lamp_sizes.hpp"
 #include "libocc/refine/internal/light_evidence.hpp"
 #include "tests/support/measured_blobs.hpp"
 
 namespace occ {
+using namespace internal;
 using namespace internal::refine;
 namespace {
 
@@ -28,8 +30,10 @@ struct SeenRoom {
     blobs = test::exact_blobs(scene, pose, m);
     for (std::size_t i = 0; i < blobs.size(); ++i) {
       const auto axes = *predicted_axes_px(scene.lamps[i], pose, scene.camera);
-      blobs[i].ellipse.semi_minor_px = axes[0];
-      blobs[i].ellipse.semi_major_px = axes[1];
+      // Second moments without a rim contain the blur.
+      const double blur_px = rim_points > 0 ? 0 : 2 * formation::gaussian_blur_px(scene);
+      blobs[i].ellipse.semi_minor_px = std::hypot(axes[0], blur_px);
+      blobs[i].ellipse.semi_major_px = std::hypot(axes[1], blur_px);
     }
   }
   Refined reported(Rung rung, double growth_px = 0) const {
