@@ -71,7 +71,7 @@ AreaMoments area_moments(const std::vector<Pixel>& hull) {
     const Eigen::Vector2d a = point(hull[i]) - origin, b = point(hull[i + 1]) - origin;
     const double share = static_cast<double>(cross(hull[0], hull[i], hull[i + 1])) / doubled;
     first += share / 3 * (a + b);
-    // Of a triangle with the corners 0, a, b.
+    // Moments of a triangle with the corners 0, a, b.
     second += share / 12 * (a * a.transpose() + b * b.transpose() + (a + b) * (a + b).transpose());
   }
   return {origin + first, second - first * first.transpose()};
