@@ -35,6 +35,8 @@ constexpr double max_asymmetry = 0.1;
 struct BrightPart {
   std::size_t index = 0;  // of component and blob
   std::vector<Pixel> hull;
+  Eigen::Vector2d centre_px = Eigen::Vector2d::Zero();
+  double length_px = 0;  // largest distance between two corners of the hull
   double bright_px = 0;  // pixels above the level of the outline
   double mean_dn = 0;    // above background, weighted by itself
   bool saturated = false;
@@ -87,6 +89,15 @@ std::vector<Pixel> pixels_of(const Patch& patch, const Component& component, dou
   return best;
 }
 
+/// Largest distance between two corners [px].
+double length_px(const std::vector<Pixel>& hull) {
+  std::int64_t best = 0;
+  for (const Pixel& a : hull)
+    for (const Pixel& b : hull)
+      best = std::max(best, (a.x - b.x) * (a.x - b.x) + (a.y - b.y) * (a.y - b.y));
+  return std::sqrt(static_cast<double>(best));
+}
+
 std::optional<BrightPart> part_of(const LinearImage& image, const DetectOptions& options,
                                   const Component& component, std::size_t index, Patch& scratch) {
   const double limit_stored = options.threshold_dn.value_or(
@@ -118,16 +129,9 @@ std::optional<BrightPart> part_of(const LinearImage& image, const DetectOptions&
   std::sort(pixels.begin(), pixels.end(), comes_before_in_image);
   part.hull = convex_hull(pixels);
   if (part.hull.size() < 3) return std::nullopt;
+  part.centre_px = component.shape.mean();
+  part.length_px = length_px(part.hull);
   return part;
-}
-
-/// Largest distance between two corners [px].
-double length_px(const std::vector<Pixel>& hull) {
-  std::int64_t best = 0;
-  for (const Pixel& a : hull)
-    for (const Pixel& b : hull)
-      best = std::max(best, (a.x - b.x) * (a.x - b.x) + (a.y - b.y) * (a.y - b.y));
-  return std::sqrt(static_cast<double>(best));
 }
 
 /// Distance from a pixel to a side [px].
@@ -150,8 +154,8 @@ double gap_px(const std::vector<Pixel>& a, const std::vector<Pixel>& b) {
   return least;
 }
 
-/// Gap between two parts over the length of the shorter one; infinite if they differ too much to be
-/// parts of one lamp.
+/// Gap between two parts over the length of the shorter one; infinite if they are far apart or
+/// differ too much to be parts of one lamp.
 double relative_gap(const BrightPart& a, const BrightPart& b) {
   if (std::min(a.bright_px, b.bright_px) < min_area_ratio * std::max(a.bright_px, b.bright_px))
     return infinity;
@@ -159,7 +163,10 @@ double relative_gap(const BrightPart& a, const BrightPart& b) {
   if (!both_clipped &&
       std::min(a.mean_dn, b.mean_dn) < min_brightness_ratio * std::max(a.mean_dn, b.mean_dn))
     return infinity;
-  return gap_px(a.hull, b.hull) / std::min(length_px(a.hull), length_px(b.hull));
+  const double shorter_px = std::min(a.length_px, b.length_px);
+  const double at_least_px = (a.centre_px - b.centre_px).norm() - a.length_px - b.length_px;
+  if (at_least_px > max_gap * shorter_px) return infinity;
+  return gap_px(a.hull, b.hull) / shorter_px;
 }
 
 struct Group {

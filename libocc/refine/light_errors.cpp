@@ -14,8 +14,9 @@ constexpr double min_large_px = 5;
 /// Share of the distance between the projected centre and the centre of the image, one sigma.
 constexpr double unknown_centre = 0.5;
 
+/// The centre of an outline does not depend on the light.
 bool is_large_without_rim(const Lamp& lamp, const Blob& blob) {
-  return blob.rim.empty() && blob.ellipse.semi_minor_px > min_large_px &&
+  return blob.rim.empty() && !blob.patterned && blob.ellipse.semi_minor_px > min_large_px &&
          lamp.shape != LampShape::point && !blob.striped;
 }
 

@@ -84,6 +84,7 @@ Rooms room_of(const Parts& parts) {
 struct Found {
   int ok = 0, wrong = 0;
   double worst_m = 0;
+  double sigma_m = 0;  ///< mean standard deviation of the fixes that are ok
   std::string messages;
 };
 
@@ -105,11 +106,13 @@ Found found_in(const Rooms& rooms, int images) {
     ++found.ok;
     const Eigen::Vector3d off_m = fix->position_m - at;
     found.worst_m = std::max(found.worst_m, off_m.norm());
+    found.sigma_m += std::sqrt(fix->position_covariance_m2.trace());
     found.messages += "; " + std::to_string(1e3 * off_m.norm()) + " mm off, sigma " +
                       std::to_string(1e3 * std::sqrt(fix->position_covariance_m2.trace())) +
                       ", rms " + std::to_string(fix->rms_px) + " px";
     found.wrong += test::nees(off_m, fix->position_covariance_m2) > 16.3;
   }
+  found.sigma_m /= std::max(1, found.ok);
   return found;
 }
 
@@ -118,6 +121,7 @@ void expect_located(const Parts& parts) {
   EXPECT_GE(found.ok, 9) << found.messages;
   EXPECT_EQ(found.wrong, 0) << found.messages;
   EXPECT_LT(found.worst_m, 0.03) << found.messages;
+  EXPECT_LT(found.sigma_m, 0.03) << found.messages;
   EXPECT_NE(found.messages.find("have bright parts with gaps"), std::string::npos);
 }
 
