@@ -7,6 +7,7 @@
 
 #include "libocc/core/internal/dense.hpp"
 #include "libocc/core/internal/robust_loss.hpp"
+#include "libocc/core/math.hpp"
 #include "libocc/formation/light.hpp"
 #include "libocc/refine/internal/predicted_centroid.hpp"
 #include "libocc/refine/internal/prior_rows.hpp"
