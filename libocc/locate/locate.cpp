@@ -316,7 +316,8 @@ Scene checked(Scene scene, const LocateOptions& options) {
 /// True if lamps with straight sides were not located. Their bright parts may then be lamps in
 /// several parts, such as the cells of a louvre.
 bool may_be_patterned(const Result<Fix>& result, const Scene& scene, const DetectOptions& options) {
-  return !result.ok() && scene.has_straight_sides() && options.rims && !options.patterned;
+  const bool is_located = result.ok() || result.status == Status::budget_not_met;
+  return !is_located && scene.has_straight_sides() && options.rims && !options.patterned;
 }
 
 bool has_time(const LocateOptions& options, const Clock& clock) {
