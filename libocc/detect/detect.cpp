@@ -63,24 +63,19 @@ ThresholdRule rule_of(const DetectOptions& options, const LinearImage& linear) {
 std::vector<Blob> measure_all(const LinearImage& linear, const DetectOptions& options,
                               std::vector<Component>& components, const ImageView& image,
                               const LinearImage& channels) {
-  std::vector<Blob> blobs;
-  if (stripes_enabled(options)) blobs = take_striped_lamps(linear, options, components);
+  std::vector<Blob> striped, blobs;
+  if (stripes_enabled(options)) striped = take_striped_lamps(linear, options, components);
   keep_brightest(components, options.max_blobs);
-  blobs.reserve(blobs.size() + components.size());
+  blobs.reserve(striped.size() + components.size());
   Patch scratch;
   for (const Component& component : components) {
     blobs.push_back(measure(linear, component, options, scratch));
     if (image.channels >= 3)
       blobs.back().colour = measure_colour(image, channels, component, scratch);
   }
-  if (options.patterned) {
-    std::vector<Blob> whole(
-        std::make_move_iterator(blobs.end() - static_cast<std::ptrdiff_t>(components.size())),
-        std::make_move_iterator(blobs.end()));
-    join_parts(linear, options, components, whole);
-    blobs.resize(blobs.size() - components.size());
-    std::move(whole.begin(), whole.end(), std::back_inserter(blobs));
-  }
+  if (options.patterned) join_parts(linear, options, components, blobs);
+  blobs.insert(blobs.begin(), std::make_move_iterator(striped.begin()),
+               std::make_move_iterator(striped.end()));
   return blobs;
 }
 

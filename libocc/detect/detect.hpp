@@ -34,11 +34,10 @@ struct LIBOCC_API DetectOptions {
   bool rims = true;   ///< measure sub-pixel rims of discs (takes most of the time)
   bool polygons = true;  ///< with `rims`: also those of lamps with straight sides. Without, such
                          ///< lamps count as merged discs
-  bool patterned =
-      false;  ///< join the bright parts of lamps such as pairs of tubes, louvred panels
-              ///< and frames of light (Blob::patterned). Separate lamps whose gaps are
-              ///< below a fifth of their length are joined as well, so locate()
-              ///< tries it only if a scene with straight sides is not located without
+  /// Join the bright parts of lamps such as pairs of tubes, louvred panels and frames of light
+  /// (Blob::patterned). Separate lamps whose gaps are below a fifth of their length are joined as
+  /// well, so locate() tries it only if a scene with straight sides is not located without.
+  bool patterned = false;
   /// Sensor, when known: noise model (gain, read noise, black level), full scale, response, PSF,
   /// row time and readout direction. Without it, noise is estimated from the image and stripes are
   /// not joined.

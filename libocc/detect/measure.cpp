@@ -49,6 +49,11 @@ void inflate_covariance(Blob& blob) {
   blob.covariance_px2 += spread * spread * Eigen::Matrix2d::Identity();
 }
 
+double threshold_dn(const Component& component, const DetectOptions& options) {
+  return options.threshold_dn.value_or(component.background_dn +
+                                       options.threshold_sigma * component.noise_dn);
+}
+
 bool is_measurable(const Component& component) {
   constexpr std::int64_t max_pixels = 1 << 22;  // in a patch; anything larger is no lamp
   const std::int64_t width = component.x1 - component.x0 + 1;
@@ -282,8 +287,7 @@ Blob measure(const LinearImage& image, const Component& component, const DetectO
     inflate_covariance(blob);
     return blob;
   }
-  const double limit_stored = options.threshold_dn.value_or(
-      component.background_dn + options.threshold_sigma * component.noise_dn);
+  const double limit_stored = threshold_dn(component, options);
   const Sensor* sensor = options.sensor ? &*options.sensor : nullptr;
   scratch.load(image, component, image.linear_dn(limit_stored), sensor);
   blob.noise_dn = std::sqrt(scratch.noise().floor);

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "libocc/core/math.hpp"
+#include "libocc/detect/internal/flood.hpp"
 #include "libocc/detect/internal/measure.hpp"
 #include "libocc/detect/internal/patch.hpp"
 #include "libocc/detect/internal/pixel_hull.hpp"
@@ -46,45 +47,34 @@ bool comes_before_in_image(const Pixel& a, const Pixel& b) {
   return std::pair(a.y, a.x) < std::pair(b.y, b.x);
 }
 
-/// Pixels of the component's box above a level that are connected (8 neighbours), of which the
-/// centre is closest to the component's.
-std::vector<Pixel> pixels_of(const Patch& patch, const Component& component, double level) {
-  const int width = component.x1 - component.x0 + 1, height = component.y1 - component.y0 + 1;
-  std::vector<char> open(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
-  const auto at = [&](std::int64_t x, std::int64_t y) -> char& {
-    return open[static_cast<std::size_t>(y * width + x)];
+/// Difference of a region from a component in place and area [px].
+double difference_px(const Places& region, const Component& component) {
+  Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+  for (const auto& [x, y] : region) sum += Eigen::Vector2d(x, y);
+  const auto area = static_cast<double>(region.size());
+  return (sum / area - component.shape.mean()).norm() +
+         std::abs(area - component.area_px) / std::sqrt(static_cast<double>(component.area_px));
+}
+
+/// The connected pixels (8 neighbours) of the component's box above a level that are most likely
+/// the component: its box may contain others.
+Places pixels_of(const Patch& patch, const Component& component, double level) {
+  const int x0 = component.x0, y0 = component.y0, x1 = component.x1, y1 = component.y1;
+  const int width = x1 - x0 + 1;
+  std::vector<char> taken(static_cast<std::size_t>(width) * static_cast<std::size_t>(y1 - y0 + 1));
+  const auto take = [&](int x, int y) {
+    if (x < x0 || x > x1 || y < y0 || y > y1 || !(*patch.at(x, y) > level)) return false;
+    char& is_taken = taken[static_cast<std::size_t>((y - y0) * width + x - x0)];
+    return !std::exchange(is_taken, 1);
   };
-  for (int y = 0; y < height; ++y) {
-    const float* row = patch.at(component.x0, component.y0 + y);
-    for (int x = 0; x < width; ++x) at(x, y) = row[x] > level;
-  }
-  const Eigen::Vector2d centre = component.shape.mean();
-  std::vector<Pixel> best, region;
+  Places best;
   double least = infinity;
-  for (std::int64_t y = 0; y < height; ++y)
-    for (std::int64_t x = 0; x < width; ++x) {
-      if (!at(x, y)) continue;
-      region.assign(1, {x, y});
-      at(x, y) = 0;
-      Eigen::Vector2d sum = Eigen::Vector2d::Zero();
-      for (std::size_t k = 0; k < region.size(); ++k) {
-        const Pixel from = region[k];
-        sum += Eigen::Vector2d(static_cast<double>(from.x), static_cast<double>(from.y));
-        for (std::int64_t v = std::max<std::int64_t>(0, from.y - 1);
-             v <= std::min<std::int64_t>(height - 1, from.y + 1); ++v)
-          for (std::int64_t u = std::max<std::int64_t>(0, from.x - 1);
-               u <= std::min<std::int64_t>(width - 1, from.x + 1); ++u) {
-            if (!at(u, v)) continue;
-            at(u, v) = 0;
-            region.push_back({u, v});
-          }
-      }
-      const Eigen::Vector2d mean =
-          sum / static_cast<double>(region.size()) + Eigen::Vector2d(component.x0, component.y0);
-      const double off = (mean - centre).norm() +
-                         std::abs(static_cast<double>(region.size()) - component.area_px) /
-                             std::sqrt(static_cast<double>(component.area_px));
-      if (off < least) least = off, best = region;
+  for (int y = y0; y <= y1; ++y)
+    for (int x = x0; x <= x1; ++x) {
+      if (!take(x, y)) continue;
+      Places region = flood({x, y}, all_steps, take);
+      const double off = difference_px(region, component);
+      if (off < least) least = off, best = std::move(region);
     }
   return best;
 }
@@ -100,32 +90,25 @@ double length_px(const std::vector<Pixel>& hull) {
 
 std::optional<BrightPart> part_of(const LinearImage& image, const DetectOptions& options,
                                   const Component& component, std::size_t index, Patch& scratch) {
-  const double limit_stored = options.threshold_dn.value_or(
-      component.background_dn + options.threshold_sigma * component.noise_dn);
-  const double limit_dn = image.linear_dn(limit_stored);
+  const double limit_dn = image.linear_dn(threshold_dn(component, options));
   scratch.load(image, component, limit_dn, options.sensor ? &*options.sensor : nullptr);
-  std::vector<Pixel> pixels =
+  const Places places =
       pixels_of(scratch, component, std::max(0.0, limit_dn - scratch.background_dn()));
-  const auto signal = [&](const Pixel& p) {
-    return *scratch.at(component.x0 + static_cast<int>(p.x), component.y0 + static_cast<int>(p.y));
-  };
   double sum = 0, squares = 0;
-  for (const Pixel& p : pixels) {
-    sum += signal(p);
-    squares += square(signal(p));
+  for (const auto& [x, y] : places) {
+    const double signal = *scratch.at(x, y);
+    sum += signal;
+    squares += square(signal);
   }
   if (!(sum > 0)) return std::nullopt;
   BrightPart part;
   part.index = index;
   part.mean_dn = squares / sum;
   part.saturated = component.saturated_px > 0;
-  const auto is_dark = [&](const Pixel& p) { return !(signal(p) > outline_level * part.mean_dn); };
-  pixels.erase(std::remove_if(pixels.begin(), pixels.end(), is_dark), pixels.end());
+  std::vector<Pixel> pixels;
+  for (const auto& [x, y] : places)
+    if (*scratch.at(x, y) > outline_level * part.mean_dn) pixels.push_back({x, y});
   part.bright_px = static_cast<double>(pixels.size());
-  for (Pixel& p : pixels) {
-    p.x += component.x0;
-    p.y += component.y0;
-  }
   std::sort(pixels.begin(), pixels.end(), comes_before_in_image);
   part.hull = convex_hull(pixels);
   if (part.hull.size() < 3) return std::nullopt;

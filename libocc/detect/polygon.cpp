@@ -3,12 +3,12 @@
 
 #include <Eigen/LU>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <utility>
 
 #include "libocc/core/internal/dense.hpp"
 #include "libocc/core/math.hpp"
+#include "libocc/detect/internal/flood.hpp"
 #include "libocc/detect/internal/normal_table.hpp"
 
 namespace occ::internal::detect {
@@ -45,19 +45,15 @@ class Region {
     const int y = static_cast<int>(std::lround(centre.y()));
     inside_.assign(static_cast<std::size_t>(patch.width()) * patch.height(), 0);
     if (!is_above(x, y)) return;
-    std::vector<std::pair<int, int>> open{{x, y}};
     inside_[at(x, y)] = 1;
-    while (!open.empty()) {
-      const auto [px, py] = open.back();
-      open.pop_back();
+    const auto take = [&](int px, int py) {
+      if (!is_above(px, py) || inside_[at(px, py)]) return false;
+      inside_[at(px, py)] = 1;
+      return true;
+    };
+    for (const auto& [px, py] : flood({x, y}, side_steps, take)) {
       ++area_;
       sum_ += Eigen::Vector2d(px, py);
-      constexpr std::array<std::pair<int, int>, 4> steps{{{1, 0}, {-1, 0}, {0, 1}, {0, -1}}};
-      for (const auto& [dx, dy] : steps) {
-        if (!is_above(px + dx, py + dy) || inside_[at(px + dx, py + dy)]) continue;
-        inside_[at(px + dx, py + dy)] = 1;
-        open.emplace_back(px + dx, py + dy);
-      }
     }
   }
 

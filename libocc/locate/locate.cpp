@@ -87,16 +87,8 @@ std::vector<std::string> exact_parts(const Scene& scene, const RefineOptions& op
   return exact;
 }
 
-/// Mean distance of the lamps of a pose from the camera.
-double mean_distance_m(const RankedPose& pose, const Scene& scene) {
-  double sum_m = 0;
-  for (const Match& match : pose.hypothesis->matches)
-    sum_m += (pose.refined->cam_from_world * scene.lamps[match.lamp].centre_m).norm();
-  return sum_m / static_cast<double>(pose.hypothesis->matches.size());
-}
-
 /// A position that is less certain than the distance of the lamps is none.
-void refuse_unknown_position(const RankedPose& best, const Scene& scene, Result<Fix>& result) {
+void refuse_unknown_position(const Refined& best, const Scene& scene, Result<Fix>& result) {
   const double sigma_m = std::sqrt(result->position_covariance_m2.trace());
   const double distance_m = mean_distance_m(best, scene);
   if (!result.ok() || sigma_m < distance_m) return;
@@ -107,6 +99,11 @@ void refuse_unknown_position(const RankedPose& best, const Scene& scene, Result<
        << " m, exceeds their distance, " << distance_m << " m";
   if (!result.message.empty()) text << "; " << result.message;
   result.message = text.str();
+}
+
+void add_message(const std::string& text, Result<Fix>& result) {
+  if (text.empty()) return;
+  result.message += (result.message.empty() ? "" : "; ") + text;
 }
 
 /// Status and message of the fix. The first pose that was not refined determines them, then the
@@ -283,19 +280,17 @@ Result<Fix> locate_blobs(const std::vector<Blob>& blobs, const Scene& scene,
   const double risk = risk_of(refinement);
   fix.risk = risk + (1 - risk) * rest;
   conclude(refinement, options.max_risk, result);
-  refuse_unknown_position(refinement.poses.front(), scene, result);
+  refuse_unknown_position(*refinement.poses.front().refined, scene, result);
   if (is_excluded(options.prior, fix.cam_from_world))
-    result.message += std::string(result.message.empty() ? "" : "; ") +
-                      "the prior excludes the most probable pose: check the prior";
+    add_message("the prior excludes the most probable pose: check the prior", result);
   if (!(fix.risk <= options.max_risk))
     result.message += suspects(*refinement.poses.front().refined, blobs, scene);
-  const std::string no_colours = internal::scene::colours_not_compared(scene.lamps, blobs);
-  if (!no_colours.empty()) result.message += (result.message.empty() ? "" : "; ") + no_colours;
+  add_message(internal::scene::colours_not_compared(scene.lamps, blobs), result);
   const int untried_percent = static_cast<int>(std::ceil(100 * identified->untried));
   if (fix.cut_short)
-    result.message += std::string(result.message.empty() ? "" : "; ") +
-                      "the search for poses was cut short, with " +
-                      std::to_string(untried_percent) + " % of the groups of blobs untried";
+    add_message("the search for poses was cut short, with " + std::to_string(untried_percent) +
+                    " % of the groups of blobs untried",
+                result);
   return result;
 }
 
@@ -337,9 +332,10 @@ void name_patterned(Result<Fix>& result) {
   const auto count = std::count_if(result->lamps.begin(), result->lamps.end(),
                                    [](const auto& lamp) { return is_patterned(lamp.second); });
   if (count == 0) return;
-  result.message += std::string(result.message.empty() ? "" : "; ") + std::to_string(count) +
-                    " of the lamps have bright parts with gaps and are used by the centres of "
-                    "their outlines";
+  add_message(std::to_string(count) +
+                  " of the lamps have bright parts with gaps and are used by the centres of their "
+                  "outlines",
+              result);
 }
 
 }  // namespace

@@ -22,7 +22,11 @@ struct ModelErrors {
 /// Calibrated, typical, uncalibrated, poor; and typical with wrong sizes.
 constexpr std::array<ModelErrors, 5> model_errors = {
     {{0, 0, 0.3}, {0.3, 0, 0.3}, {1, 0, 0.28}, {4, 0, 0.1}, {0.3, 0.15, 0.02}}};
-constexpr std::size_t min_lamps_of_wrong_size = 4;
+
+bool applies(const ModelErrors& errors, const PoseEvidence& pose) {
+  constexpr std::size_t min_lamps_of_wrong_size = 4;
+  return errors.size == 0 || pose.lamps.size() >= min_lamps_of_wrong_size;
+}
 
 /// Beta prior of the rate of dark lamps: low rates are more probable, but any is possible.
 constexpr double dark = 1, lit = 2;
@@ -132,7 +136,9 @@ Integrals log_integrals_before(const std::vector<PoseEvidence>& group, int wrong
   largest.fill(-infinity);
   for (const PoseEvidence& pose : group)
     for (std::size_t i = 0; i < largest.size(); ++i)
-      largest[i] = std::max(largest[i], before_places(pose, model_errors[i], wrong).log_integral());
+      if (applies(model_errors[i], pose))
+        largest[i] =
+            std::max(largest[i], before_places(pose, model_errors[i], wrong).log_integral());
   return largest;
 }
 
@@ -162,11 +168,9 @@ double log_places(const PoseEvidence& pose, const ModelErrors& errors, int wrong
 /// Mean of the evidence of the places over the sizes of the errors.
 double log_places(const PoseEvidence& pose, int wrong, const Integrals& before) {
   std::vector<double> terms;
-  for (std::size_t i = 0; i < model_errors.size(); ++i) {
-    const ModelErrors& errors = model_errors[i];
-    if (errors.size > 0 && pose.lamps.size() < min_lamps_of_wrong_size) continue;
-    terms.push_back(std::log(errors.share) + log_places(pose, errors, wrong, before[i]));
-  }
+  for (std::size_t i = 0; i < model_errors.size(); ++i)
+    if (const ModelErrors& errors = model_errors[i]; applies(errors, pose))
+      terms.push_back(std::log(errors.share) + log_places(pose, errors, wrong, before[i]));
   return log_sum(terms);
 }
 

@@ -12,6 +12,13 @@
 
 namespace occ::internal::refine {
 
+double mean_distance_m(const Refined& refined, const Scene& scene) {
+  double sum = 0;
+  for (const LampResidual& lamp : refined.lamps)
+    sum += (refined.cam_from_world * scene.lamps[lamp.match.lamp].centre_m).norm();
+  return sum / static_cast<double>(std::max<std::size_t>(1, refined.lamps.size()));
+}
+
 double few_lamps_factor(int dof) { return square(student_quantile(0.99865, dof) / 3); }
 
 LampContradiction contradiction_of(const std::vector<LampObservation>& lamps) {
@@ -36,13 +43,6 @@ constexpr double min_contradiction = 4, clear_contradiction = 25;
 
 /// Largest estimated error of the map, over the distance.
 constexpr double max_map_error = 0.01;
-
-double mean_distance_m(const Refined& refined, const Scene& scene) {
-  double sum = 0;
-  for (const LampResidual& lamp : refined.lamps)
-    sum += (refined.cam_from_world * scene.lamps[lamp.match.lamp].centre_m).norm();
-  return sum / static_cast<double>(std::max<std::size_t>(1, refined.lamps.size()));
-}
 
 bool uses(Rung rung, const Refined& refined) {
   return std::any_of(refined.lamps.begin(), refined.lamps.end(), [&](const LampResidual& lamp) {

@@ -44,11 +44,12 @@ std::optional<std::vector<Blob>> with_errors_of_light(const Rigid3& cam_from_wor
   std::vector<LightError> errors;
   for_each_match(matches, blobs, scene, [&](const Lamp& lamp, std::size_t i) {
     if (!is_large_without_rim(lamp, blobs[i])) return;
-    const auto centre_px = predicted_centroid_px(lamp, cam_from_world, scene.camera, Rung::points);
     const auto image_px = predicted_centroid_px(lamp, cam_from_world, scene.camera, Rung::centres);
-    if (!centre_px || !image_px) return;
+    if (!image_px) return;
+    const auto whole_px = perspective_shift_px(lamp, cam_from_world, scene.camera, *image_px);
+    if (!whole_px) return;
     const Eigen::Vector2d shift_px = light_shift_px(lamp, blobs[i], cam_from_world, scene);
-    const Eigen::Vector2d off_px = unknown_centre * (*image_px - *centre_px);
+    const Eigen::Vector2d off_px = unknown_centre * *whole_px;
     errors.push_back({i, shift_px * shift_px.transpose() + off_px * off_px.transpose()});
   });
   if (errors.empty()) return std::nullopt;

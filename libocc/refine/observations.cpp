@@ -189,6 +189,16 @@ int prior_equations(const RefineOptions& options) {
 
 }  // namespace
 
+std::vector<double> rim_distances_px(const LampInCam& in_cam, const LampObservation& lamp,
+                                     const Observations& observations) {
+  std::vector<double> distances;
+  distances.reserve(lamp.rim_end - lamp.rim_begin);
+  for (std::size_t i = lamp.rim_begin; i < lamp.rim_end; ++i)
+    if (const auto distance = rim_distance_px(in_cam, observations.rim[i].ray))
+      distances.push_back(*distance);
+  return distances;
+}
+
 bool Observations::has_pixels() const {
   return std::any_of(lamps.begin(), lamps.end(), [](const LampObservation& lamp) {
     return lamp.has_pixels() && !lamp.contradicts;

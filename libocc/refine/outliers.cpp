@@ -65,13 +65,13 @@ void leave_out_false_rims(const State& state, Observations& observations) {
   for (LampObservation& lamp : observations.lamps) {
     if (lamp.has_centroid || !lamp.has_rim() || lamp.errors) continue;
     const LampInCam in_cam = lamp_in_cam(*lamp.lamp, state.cam_from_world);
+    const std::vector<double> distances = rim_distances_px(in_cam, lamp, observations);
     double squares = 0;
-    for (std::size_t i = lamp.rim_begin; i < lamp.rim_end; ++i) {
-      const auto distance = rim_distance_px(in_cam, observations.rim[i].ray);
-      squares += distance ? square(*distance) : infinity;
-    }
-    const double rms_px = std::sqrt(squares / static_cast<double>(lamp.rim_end - lamp.rim_begin));
-    lamp.contradicts = !(rms_px < far_px + far * lamp.blob->ellipse.semi_major_px);
+    for (const double distance : distances) squares += square(distance);
+    const auto points = static_cast<double>(lamp.rim_end - lamp.rim_begin);
+    const double limit_px = far_px + far * lamp.blob->ellipse.semi_major_px;
+    lamp.contradicts =
+        static_cast<double>(distances.size()) < points || !(std::sqrt(squares / points) < limit_px);
   }
 }
 

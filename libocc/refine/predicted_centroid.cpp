@@ -21,18 +21,17 @@ bool is_uneven_disc(const Lamp& lamp, const Blob& blob) {
          !blob.striped && blob.ellipse.semi_minor_px > min_semi_minor_px;
 }
 
-/// The centre of a disc's image differs from the image of its centre in proportion to the second
-/// moments of the light.
+/// The perspective shift of an uneven disc is proportional to the second moments of its light.
 Eigen::Vector2d uneven_shift_px(const Lamp& lamp, const Blob& blob, const Rigid3& cam_from_world,
                                 const Scene& scene, const Eigen::Vector2d& uniform_px) {
-  const auto centre_px = scene.camera.project(cam_from_world * lamp.centre_m);
+  const auto shift_px = perspective_shift_px(lamp, cam_from_world, scene.camera, uniform_px);
   const auto axes_px = predicted_axes_px(lamp, cam_from_world, scene.camera);
-  if (!centre_px || !axes_px) return Eigen::Vector2d::Zero();
+  if (!shift_px || !axes_px) return Eigen::Vector2d::Zero();
   const double blur2 = 4 * square(formation::gaussian_blur_px(scene));
   const double seen_px2 = std::sqrt((square(blob.ellipse.semi_major_px) - blur2) *
                                     std::max(0.0, square(blob.ellipse.semi_minor_px) - blur2));
   const double share = std::min(1.0, seen_px2 / axes_px->prod());
-  return (share - 1) * scene.camera.difference_px(uniform_px, *centre_px);
+  return (share - 1) * *shift_px;
 }
 
 }  // namespace
@@ -47,6 +46,14 @@ std::optional<Eigen::Vector2d> predicted_centroid_px(const Lamp& lamp, const Rig
   const std::optional<Eigen::Vector2d> px = camera.project(centre, jacobian ? &d_centre : nullptr);
   if (px && jacobian) *jacobian = geometry::derivative_by_pose(d_centre, centre);
   return px;
+}
+
+std::optional<Eigen::Vector2d> perspective_shift_px(const Lamp& lamp, const Rigid3& cam_from_world,
+                                                    const Camera& camera,
+                                                    const Eigen::Vector2d& image_centre_px) {
+  const auto centre_px = camera.project(cam_from_world * lamp.centre_m);
+  if (!centre_px) return std::nullopt;
+  return camera.difference_px(image_centre_px, *centre_px);
 }
 
 Eigen::Vector2d light_shift_px(const Lamp& lamp, const Blob& blob, const Rigid3& cam_from_world,

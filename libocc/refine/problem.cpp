@@ -167,15 +167,6 @@ bool RefineProblem::add_lamp(std::size_t index, const State& state, const Eigen:
   return !lamp.has_flux || add_flux(lamp, state, pivot, held.flux_weight, normal);
 }
 
-/// d centroid / d relative size: the centre of a lamp's image differs from the image of its centre
-/// in proportion to the square of its size.
-Eigen::Vector2d RefineProblem::centroid_by_size_px(const Lamp& lamp, const Rigid3& cam_from_world,
-                                                   const Eigen::Vector2d& centroid_px) const {
-  const auto centre_px = scene_.camera.project(cam_from_world * lamp.centre_m);
-  if (!centre_px) return Eigen::Vector2d::Zero();
-  return 2 * scene_.camera.difference_px(centroid_px, *centre_px);
-}
-
 std::optional<RefineProblem::CentroidResidual> RefineProblem::centroid_residual(
     const LampObservation& lamp, const State& state, const Eigen::Vector3d& pivot) const {
   Eigen::Matrix<double, 2, 6> d_pose;
@@ -185,7 +176,9 @@ std::optional<RefineProblem::CentroidResidual> RefineProblem::centroid_residual(
   CentroidResidual centroid{scene_.camera.difference_px(lamp.blob->centroid_px, *centre),
                             Eigen::Matrix<double, 2, 8>::Zero(), lamp.centroid_information};
   if (lamp.errors) {
-    const Eigen::Vector2d by_size = centroid_by_size_px(*lamp.lamp, state.cam_from_world, *centre);
+    const Eigen::Vector2d by_size =
+        2 * perspective_shift_px(*lamp.lamp, state.cam_from_world, scene_.camera, *centre)
+                .value_or(Eigen::Vector2d::Zero());
     const Eigen::Matrix2d covariance =
         lamp.centroid_information.inverse() +
         image_covariance_px2(*lamp.lamp, state.cam_from_world, scene_.camera, lamp.errors) +

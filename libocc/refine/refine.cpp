@@ -90,10 +90,8 @@ double typical_growth_px(const State& state, const Observations& observations) {
   for (const LampObservation& lamp : observations.lamps) {
     if (!lamp.blob->saturated) continue;
     const LampInCam in_cam = lamp_in_cam(*lamp.lamp, state.cam_from_world);
-    for (std::size_t i = lamp.rim_begin; i < lamp.rim_end; ++i) {
-      const std::optional<double> distance = rim_distance_px(in_cam, observations.rim[i].ray);
-      if (distance) distances.push_back(*distance);
-    }
+    const std::vector<double> here = rim_distances_px(in_cam, lamp, observations);
+    distances.insert(distances.end(), here.begin(), here.end());
   }
   return median(std::move(distances));
 }

@@ -15,15 +15,11 @@ double rim_rms(const LampObservation& lamp, const Observations& observations, co
   LampInCam in_cam = lamp_in_cam(*lamp.lamp, state.cam_from_world);
   if (lamp.errors) in_cam = with_error(in_cam, lamp.error(), state.cam_from_world);
   const double growth_px = lamp.blob->saturated ? state.growth_px : 0;
+  const std::vector<double> distances = rim_distances_px(in_cam, lamp, observations);
+  if (distances.empty()) return 0;
   double sum = 0;
-  int count = 0;
-  for (std::size_t i = lamp.rim_begin; i < lamp.rim_end; ++i) {
-    const std::optional<double> distance = rim_distance_px(in_cam, observations.rim[i].ray);
-    if (!distance) continue;
-    sum += (*distance - growth_px) * (*distance - growth_px);
-    ++count;
-  }
-  return count > 0 ? std::sqrt(sum / count) : 0;
+  for (const double distance : distances) sum += (distance - growth_px) * (distance - growth_px);
+  return std::sqrt(sum / static_cast<double>(distances.size()));
 }
 
 }  // namespace

@@ -35,6 +35,13 @@ struct NoisyRoom {
   }
 };
 
+/// The true pose with an error of each unknown.
+Rigid3 near_truth(const NoisyRoom& room, double sigma, Random& random) {
+  Vector6 off;
+  for (double& value : off) value = sigma * random.normal();
+  return perturb(room.truth, off);
+}
+
 /// True if no small move of the pose lowers chi2.
 bool is_minimum(RefineProblem& problem, const State& state) {
   const Eigen::Vector3d pivot = problem.pivot(state);
@@ -56,9 +63,8 @@ TEST(Minimise, EndsAtTheMinimumOfChi2) {
       const NoisyRoom room(seed, rung);
       RefineProblem problem(room.observations, room.scene, room.options, rung);
       Random random(9, seed);
-      Vector6 off;
-      for (double& value : off) value = 0.02 * random.normal();
-      const State start{perturb(room.truth, off)};
+      const Rigid3 near = near_truth(room, 0.02, random);
+      const State start{near};
       EXPECT_FALSE(is_minimum(problem, start));
       const Minimum found = minimise(problem, start, 30, 1e-5);
       EXPECT_TRUE(found.defined);
@@ -125,9 +131,8 @@ TEST(Newton, EndsAtTheMinimumWithItsCurvature) {
     const NoisyRoom room(seed, Rung::centres);
     RefineProblem problem(room.observations, room.scene, room.options, Rung::centres);
     Random random(10, seed);
-    Vector6 off;
-    for (double& value : off) value = 0.02 * random.normal();
-    const State start{perturb(room.truth, off)};
+    const Rigid3 near = near_truth(room, 0.02, random);
+    const State start{near};
     const Minimum expected = minimise(problem, start, 30, 1e-6);
     Minimum found = at_start(problem, start);
     run_newton(problem, 30, 1e-6, found);
@@ -150,9 +155,8 @@ TEST(Newton, NeverClimbsAndReportsAnEarlyEnd) {
     const NoisyRoom room(seed, Rung::centres);
     RefineProblem problem(room.observations, room.scene, room.options, Rung::centres);
     Random random(11, seed);
-    Vector6 off;
-    for (double& value : off) value = 0.25 * random.normal();
-    Minimum found = at_start(problem, {perturb(room.truth, off)});
+    const Rigid3 near = near_truth(room, 0.25, random);
+    Minimum found = at_start(problem, {near});
     if (!found.defined) continue;
     double chi2 = found.normal.robust_chi2;
     for (int step = 0; step < 40 && !found.converged; ++step) {

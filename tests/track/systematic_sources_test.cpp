@@ -88,12 +88,17 @@ TEST(SceneErrors, NoneChangeNothing) {
   EXPECT_TRUE(seen.systematic.empty());
 }
 
-TEST(OwnErrors, MoveTheCameraByMountAndClock) {
-  Random random(43, 0);
+TrackerOptions with_own_errors() {
   TrackerOptions options;
   options.mount_sigma_rad = 0.02;
   options.mount_sigma_m = 0.005;
   options.clock_sigma_s = 0.003;
+  return options;
+}
+
+TEST(OwnErrors, MoveTheCameraByMountAndClock) {
+  Random random(43, 0);
+  const TrackerOptions options = with_own_errors();
   const Vector6 velocity = random_matrix(random, 6, 1);
   SystematicErrors systematic(options);
   EXPECT_TRUE(systematic.has_own());
@@ -139,10 +144,7 @@ TEST(OwnErrors, AreThoseOfTheOptionsOnly) {
 
 TEST(OwnErrors, AreCorrelatedWithAPredictionThatDependsOnThem) {
   Random random(44, 0);
-  TrackerOptions options;
-  options.mount_sigma_rad = 0.02;
-  options.mount_sigma_m = 0.005;
-  options.clock_sigma_s = 0.003;
+  const TrackerOptions options = with_own_errors();
   SystematicErrors systematic(options);
   const Rigid3 cam_from_body = test::random_pose(random);
   const Matrix6 moves = adjoint(cam_from_body);

@@ -23,6 +23,9 @@ namespace occ::internal::detect {
 Blob measure(const LinearImage& image, const Component& component, const DetectOptions& options,
              Patch& scratch);
 
+/// Threshold of a component [grey levels, as stored].
+double threshold_dn(const Component& component, const DetectOptions& options);
+
 /// False for a component that is too large for a patch.
 bool is_measurable(const Component& component);
 

@@ -32,6 +32,9 @@ LIBOCC_API std::optional<Refined> with_estimated_sizes(const Refined& exact,
                                                        const Scene& scene,
                                                        const RefineOptions& options);
 
+/// Mean distance of the lamps of a fit from the camera [m].
+LIBOCC_API double mean_distance_m(const Refined& refined, const Scene& scene);
+
 /// Scene in which the position of each lamp has at least this standard deviation.
 LIBOCC_API Scene with_map_errors(Scene scene, double sigma_m);
 

@@ -95,4 +95,8 @@ LIBOCC_API Observations observe(const std::vector<Match>& matches, const std::ve
                                 const Scene& scene, const RefineOptions& options,
                                 const ImageView* image = nullptr);
 
+/// Distances of the lamp's rim points from its rim [px], of those whose rays hit its plane.
+std::vector<double> rim_distances_px(const LampInCam& in_cam, const LampObservation& lamp,
+                                     const Observations& observations);
+
 }  // namespace occ::internal::refine

@@ -16,6 +16,12 @@ std::optional<Eigen::Vector2d> predicted_centroid_px(
     const Lamp& lamp, const Rigid3& cam_from_world, const Camera& camera, Rung rung,
     Eigen::Matrix<double, 2, 6>* jacobian = nullptr);
 
+/// Centre of a lamp's image minus the image of its centre, which grows with the square of the
+/// lamp's size; empty if the centre is outside the camera's domain.
+std::optional<Eigen::Vector2d> perspective_shift_px(const Lamp& lamp, const Rigid3& cam_from_world,
+                                                    const Camera& camera,
+                                                    const Eigen::Vector2d& image_centre_px);
+
 /// Shift of the measured lamp from the middle of its image by the gradient of its brightness
 /// (Blob::light_response_px2).
 Eigen::Vector2d light_shift_px(const Lamp& lamp, const Blob& blob, const Rigid3& cam_from_world,

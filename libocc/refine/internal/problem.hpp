@@ -78,8 +78,6 @@ class LIBOCC_API RefineProblem {
   double max_motion_px(const State& state, const Eigen::Vector3d& pivot, const Vector8& step) const;
 
  private:
-  Eigen::Vector2d centroid_by_size_px(const Lamp& lamp, const Rigid3& cam_from_world,
-                                      const Eigen::Vector2d& centroid_px) const;
   struct Held {
     bool by_rim = false;
     double flux_weight = 1;
