@@ -90,6 +90,12 @@ constexpr int min_pixels = 4, plane_pixels = 30, paraboloid_pixels = 200;
 // Min number of pixels for degree 3 and 5: from this size on, the terms of that degree in the light
 // of a wide view shift the centre by more than the noise of their estimates.
 constexpr int cubic_pixels = 15000, quintic_pixels = 40000;
+// Half length of a polygon from which on the terms of degree 3 and 5 are estimated.
+constexpr double cubic_polygon_px = 40, quintic_polygon_px = 110;
+// Prior of these terms and of the product of places along and across, over the level: the light of
+// a wide view. Across a tube, they are unknown otherwise, and extrapolation is unstable. Noise of a
+// pixel for it, at least, over the level.
+constexpr double high_term_sigma = 0.05, min_noise = 1e-3;
 constexpr double ring_hollow = 0.8;  // inner over outer size of the ring for the quintic
 constexpr double min_visible = 0.5;  // visible part of the ring below which degree 3 is used
 
@@ -218,6 +224,12 @@ class PolygonRegion {
     return size;
   }
   double area_px2() const { return polygon_.area_px2; }
+  /// Unit direction of the longest extent.
+  Eigen::Vector2d direction() const {
+    const Eigen::Matrix2d& m = polygon_.second_moments_px2;
+    const double angle = 0.5 * std::atan2(2 * m(0, 1), m(0, 0) - m(1, 1));
+    return {std::cos(angle), std::sin(angle)};
+  }
   double operator()(double dx, double dy) const {
     return polygon_.coverage(polygon_.centroid_px + Eigen::Vector2d(dx, dy), blur_px_);
   }
@@ -260,6 +272,14 @@ class PolygonRegion {
   const Polygon& polygon_;
   double blur_px_, depth_px_;
 };
+
+/// Adds a prior of the product term along and across a polygon, as seen from its own axes. Across a
+/// tube, it is unknown otherwise, and turns the sides.
+void add_twist_prior(const Eigen::Vector2d& along, double information, TermsSquared& normal) {
+  const double sin2 = 2 * along.x() * along.y();
+  const Eigen::Vector3d product(-sin2, square(along.x()) - square(along.y()), sin2);
+  normal.block<3, 3>(terms_of(1), terms_of(1)) += information * product * product.transpose();
+}
 
 /// The terms at a place: those of each degree are those of the previous degree times u, and its
 /// last one times v.
@@ -341,7 +361,16 @@ std::optional<Plateau> Plateau::fit_surface(const Patch& patch, const Region& re
                                                                                 : 2;
   const int used = terms_of(plateau.degree_);
   const Terms right = right_side(sums, used);
-  const Eigen::LDLT<TermsSquared> solver(normal_matrix(sums, used));
+  TermsSquared normal = normal_matrix(sums, used);
+  plateau.level_ = sums.signal[0][0] / sums.power[0][0];
+  if constexpr (std::is_same_v<Region, PolygonRegion>) {
+    const double level = plateau.level_;
+    const double variance = std::max(patch.noise().variance(level), square(min_noise * level));
+    const double information = variance / square(high_term_sigma * level);
+    for (int a = terms_of(2); a < used; ++a) normal(a, a) += information;
+    if (used >= terms_of(2)) add_twist_prior(region.direction(), information, normal);
+  }
+  const Eigen::LDLT<TermsSquared> solver(normal);
   const Terms solution = solver.solve(right);
   for (int a = 0; a < used; ++a) {
     const Powers& p = term_powers[a];
@@ -349,7 +378,6 @@ std::optional<Plateau> Plateau::fit_surface(const Patch& patch, const Region& re
   }
   plateau.variance_ =
       std::max(0.0, sums.squares - solution.dot(right)) / std::max(1, sums.pixels - used);
-  plateau.level_ = sums.signal[0][0] / sums.power[0][0];
   if constexpr (std::is_same_v<Region, PolygonRegion>)
     plateau.terms_covariance_ = solver.solve(TermsSquared::Identity(used, used));
   const RimTerms rim(patch, region, level_depth * blur_px, plateau.scale_, used);
@@ -426,8 +454,9 @@ std::optional<Plateau> Plateau::fit(const Patch& patch, const FittedConic& conic
 
 std::optional<Plateau> Plateau::fit(const Patch& patch, const Polygon& polygon, double blur_px) {
   const PolygonRegion region(polygon, blur_px, clear_sigmas * blur_px);
-  return polygon.area_px2 < cubic_pixels ? fit_surface<2>(patch, region, blur_px)
-                                         : fit_surface<3>(patch, region, blur_px);
+  if (region.size_px() < cubic_polygon_px) return fit_surface<2>(patch, region, blur_px);
+  return region.size_px() < quintic_polygon_px ? fit_surface<3>(patch, region, blur_px)
+                                               : fit_surface<5>(patch, region, blur_px);
 }
 
 }  // namespace occ::internal::detect

@@ -10,6 +10,7 @@
 #include "libocc/core/math.hpp"
 #include "libocc/detect/internal/flood.hpp"
 #include "libocc/detect/internal/normal_table.hpp"
+#include "libocc/detect/internal/plateau.hpp"
 
 namespace occ::internal::detect {
 namespace {
@@ -205,6 +206,12 @@ PolygonSide side_between(const Eigen::Vector2d& from, const Eigen::Vector2d& to)
   return side;
 }
 
+/// True if a side is about parallel to another one, with its outside on the other hand.
+bool faces(const Polygon& polygon, std::size_t side, std::size_t other) {
+  constexpr double max_cosine = -0.7;
+  return polygon.normal(side).dot(polygon.normal(other)) < max_cosine;
+}
+
 }  // namespace
 
 Eigen::Vector2d Polygon::normal(std::size_t side) const {
@@ -220,16 +227,26 @@ double Polygon::coverage(const Eigen::Vector2d& px, double blur_px) const {
   return share;
 }
 
-double Polygon::coverage_beside(const RimLine& line, std::size_t side, double blur_px) const {
-  constexpr double crossed_px = 1e-6;
-  const NormalTable& table = NormalTable::get();
-  const Eigen::Vector2d px = line.point(line.edge), opposite = line.point(line.opposite);
-  double share = 1;
-  for (std::size_t i = 0; i < sides.size(); ++i) {
-    const bool crossed =
-        i == side || std::abs(normal(i).dot(corners_px[i] - opposite)) < crossed_px;
-    if (!crossed) share *= table(normal(i).dot(corners_px[i] - px) / blur_px).below;
+AdjacentSides::AdjacentSides(const Polygon& polygon, const RimLine& line, std::size_t side,
+                             double blur_px)
+    : edge_(line.edge) {
+  constexpr double clear_sigmas = 3.5;  // a side at this distance leaves all light
+  const double half_window = window_sigmas * blur_px / line.cosine();
+  const Eigen::Vector2d px = line.point(line.edge);
+  for (std::size_t i = 0; i < polygon.sides.size(); ++i) {
+    if (i == side || faces(polygon, i, side)) continue;
+    const Eigen::Vector2d normal = polygon.normal(i);
+    const Distance d{normal.dot(polygon.corners_px[i] - px) / blur_px,
+                     -normal[line.column ? 1 : 0] / blur_px};
+    if (d.at_edge - half_window * std::abs(d.by_along) < clear_sigmas) distances_.push_back(d);
   }
+}
+
+double AdjacentSides::operator()(double along) const {
+  const NormalTable& table = NormalTable::get();
+  double share = 1;
+  for (const Distance& d : distances_)
+    share *= table(d.at_edge + d.by_along * (along - edge_)).below;
   return share;
 }
 
@@ -246,10 +263,11 @@ std::vector<RimLine> Polygon::lines(std::size_t side, double margin_px) const {
     const Eigen::Vector2d at = s.point(u);
     Eigen::Vector2d inward = Eigen::Vector2d::Zero();
     inward[v_axis] = -s.outward;
-    double chord = infinity;  // to the nearest other side on the same row or column
+    double chord = infinity;
     for (std::size_t i = 0; i < sides.size(); ++i) {
       const double rate = normal(i).dot(inward);
-      if (i != side && rate > 0) chord = std::min(chord, normal(i).dot(corners_px[i] - at) / rate);
+      if (faces(*this, i, side) && rate > 0)
+        chord = std::min(chord, normal(i).dot(corners_px[i] - at) / rate);
     }
     const double edge = s.edge(u);
     out.push_back(

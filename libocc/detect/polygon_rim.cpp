@@ -23,9 +23,9 @@ constexpr double polygon_settled_px = 0.01;  // convergence limit for centroid, 
 constexpr double corner_sigmas = 1.5;
 constexpr double saturated_corner_px = 3;  // the rounding of a clipped corner is not modelled
 
-// Error of a side by the model of an edge, a Gaussian for the blur and the pixel's box: where the
-// side runs along rows or columns, it is the same in all profiles. Found on rendered panels.
-constexpr double edge_model_px = 0.0025;
+// Error of a side by the model of an edge, a Gaussian for the blur and the pixel's box, and by that
+// of the plateau. Found on rendered panels, at all angles.
+constexpr double edge_model_px = 0.001;
 
 /// Points of each side.
 using SidePoints = std::vector<std::vector<RimPoint>>;
@@ -228,7 +228,7 @@ std::optional<PolygonRim> measure_polygon(const Patch& patch, const Component& c
     for (std::size_t i = 0; i < points.size(); ++i) {
       const std::size_t first = profiles.points.size();
       for (const RimLine& line : polygon->lines(i, corner_sigmas * blur_px))
-        profiles.add(line, polygon->coverage_beside(line, i, blur_px));
+        profiles.add(line, AdjacentSides(*polygon, line, i, blur_px));
       points[i].assign(profiles.points.begin() + static_cast<std::ptrdiff_t>(first),
                        profiles.points.end());
     }

@@ -5,6 +5,8 @@
 
 #include <Eigen/LU>
 #include <cmath>
+#include <map>
+#include <utility>
 
 #include "libocc/core/math.hpp"
 #include "libocc/detect/detect.hpp"
@@ -154,6 +156,40 @@ TEST(DetectPolygons, TubesHavePointsAtTheirEnds) {
   EXPECT_NEAR(errors.sum_px / errors.points, 0, 0.01);
   EXPECT_GT(errors.fewest_on_side, 0);
   EXPECT_NEAR(errors.centre_nees / errors.lamps, 0.7, 0.5);
+}
+
+// In a wide view, the light of a long lamp changes along it more than a parabola tells. Rows and
+// columns that cross an end obliquely pass the long sides too.
+TEST(DetectPolygons, SidesAreUnbiasedAtTheEdgeOfAWideView) {
+  Scene scene = one_rectangle({1.2, 0.06});
+  scene.camera = Camera::pinhole(640, 480, 330, 330, 319.5, 239.5);
+  scene.validate();
+  DetectOptions options;
+  options.sensor = scene.sensor;
+  SimulateOptions exact;
+  exact.noise = false;
+  const Lamp& lamp = scene.lamps[0];
+  for (const double turn_deg : {1.0, 14.0, 32.0, 45.0, 71.0}) {
+    SCOPED_TRACE(turn_deg);
+    const Rigid3 pose{so3_exp({0.1, 0.1, 0}) * so3_exp({0, 0, turn_deg / 180 * pi}),
+                      {-0.8, 0.5, 2.5}};
+    const Rendered rendered = simulate(scene, pose, exact);
+    ASSERT_TRUE(rendered.lamps[0].whole);
+    const auto blobs = detect(rendered.image.view(), options);
+    ASSERT_EQ(blobs.size(), 1u);
+    std::map<int, std::pair<double, int>> sides;  // sum of distances, number of points
+    for (const RimPoint& point : blobs[0].rim) {
+      const Eigen::Vector3d normal =
+          pose.rotation.transpose() * Eigen::Vector3d(point.normal.x(), point.normal.y(), 0);
+      const double along = normal.dot(lamp.x_axis),
+                   across = normal.dot(lamp.normal.cross(lamp.x_axis));
+      auto& side = sides[std::abs(along) > std::abs(across) ? (along > 0) : 2 + (across > 0)];
+      side.first += *rim_distance_px(lamp, pose, rim_ray(point, scene.camera).value());
+      ++side.second;
+    }
+    ASSERT_EQ(sides.size(), 4u);
+    for (const auto& [side, sum] : sides) EXPECT_NEAR(sum.first / sum.second, 0, 0.01) << side;
+  }
 }
 
 TEST(DetectPolygons, SidesMayBeBentByTheLens) {

@@ -9,6 +9,8 @@
 #include <map>
 #include <string>
 
+#include "libocc/core/math.hpp"
+#include "libocc/core/random.hpp"
 #include "libocc/simulate/simulate.hpp"
 #include "tests/support/support.hpp"
 
@@ -84,6 +86,48 @@ TEST(Ladder, RefinedStepsAttainTheirBoundAndClosedFormsDoNotBeatIt) {
   }
   EXPECT_LT(std::sqrt(least), std::sqrt(bounds["rims"]));
   EXPECT_NEAR(std::sqrt(bounds["direct"] / least), 1, 1e-9);
+}
+
+// Panels and tubes: the rungs attain the bounds of their observations as for discs.
+TEST(Ladder, RefinedStepsAttainTheirBoundForRectangles) {
+  struct Kind {
+    Eigen::Vector2d size_m;
+    double distance_m;
+  };
+  for (const Kind& kind : {Kind{{0.5, 0.5}, 2.4}, Kind{{1.2, 0.06}, 2.4}, Kind{{1.2, 0.06}, 3.8}}) {
+    SCOPED_TRACE(kind.size_m.transpose());
+    Scene scene = test::irregular_room();
+    scene.camera = Camera::pinhole(640, 480, 330, 330, 319.5, 239.5);
+    scene.lamps.resize(5);
+    for (Lamp& lamp : scene.lamps) {
+      lamp.shape = LampShape::rectangle;
+      lamp.size_m = kind.size_m;
+      lamp.x_axis = Eigen::Vector3d::UnitX();
+      lamp.power_w = 50 * kind.size_m.prod();
+    }
+    scene.validate();
+    std::map<std::string, double> squares;
+    Random random(3);
+    int frames = 0;
+    while (frames < 40) {
+      const double turn = random.uniform(0, 2 * pi);
+      const Rigid3 pose =
+          look_at({random.uniform(1.7, 2.3), random.uniform(1.7, 2.3), 3 - kind.distance_m},
+                  {2.0, 2.0, 3.0}, {std::cos(turn), std::sin(turn), 0});
+      const Frame frame = frame_of(scene, pose, static_cast<std::uint32_t>(frames));
+      if (frame.problem.matches.size() < 5) continue;
+      ++frames;
+      for (const char* name : {"centres", "rims", "direct"}) {
+        const LadderOutcome outcome = run_step(frame.problem, ladder_step_named(name), 1e-9);
+        ASSERT_TRUE(outcome.answered) << name;
+        squares[name] += std::pow(outcome.position_error_m / outcome.bound.position_m, 2) / 40;
+      }
+    }
+    for (const auto& [name, square] : squares) {
+      EXPECT_GT(std::sqrt(square), 0.65) << name;
+      EXPECT_LT(std::sqrt(square), 1.2) << name;
+    }
+  }
 }
 
 TEST(Ladder, StepsSuitTheLayoutTheyAreFor) {

@@ -5,12 +5,15 @@
 
 #include <cmath>
 
+#include "libocc/formation/rim.hpp"
+#include "libocc/refine/internal/predicted_centroid.hpp"
 #include "libocc/refine/refine.hpp"
 #include "tests/support/nees.hpp"
 #include "tests/support/pixel_blobs.hpp"
 #include "tests/support/support.hpp"
 
 namespace occ {
+using namespace internal::refine;
 namespace {
 
 /// A narrow beam seen at the edge of a wide view; lamps of this radius in the image.
@@ -80,6 +83,44 @@ TEST(RefineLight, GradientIsThatOfTheIrradiance) {
   Lamp point = lamp;
   point.shape = LampShape::point;
   EXPECT_TRUE(log_irradiance_gradient(point, pose, scene.camera, scene.sensor, px).isZero(0));
+}
+
+// Without a rim, a tube is where its light is. Along it, the light of a wide view changes by a
+// third, so that a gradient at its centre does not suffice.
+TEST(RefineLight, TubesWithoutRimAreWhereTheirLightIs) {
+  Scene scene = test::irregular_room();
+  Lamp& tube = scene.lamps[0];
+  tube.shape = LampShape::rectangle;
+  tube.size_m = {0.05, 1.2};
+  tube.x_axis = Eigen::Vector3d::UnitX();
+  scene.validate();
+  const Rigid3 pose = look_at({2.1, 1.9, 0.3}, {2.0, 2.1, 3.0}, {0.2, 1, 0});
+  Blob blob;
+  blob.light_response_px2.setIdentity();
+  Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+  double total = 0;
+  Lamp part = tube;
+  for (int i = 0; i < 200; ++i)
+    for (int j = 0; j < 4; ++j) {
+      part.centre_m =
+          tube.centre_m + Eigen::Vector3d((j - 1.5) / 4 * 0.05, (i - 99.5) / 200 * 1.2, 0);
+      const double light = lamp_electrons(part, pose, scene.camera, scene.sensor);
+      sum += light * *scene.camera.project(pose * part.centre_m);
+      total += light;
+    }
+  const auto predicted = [&](const Rigid3& at, Eigen::Matrix<double, 2, 6>* jacobian = nullptr) {
+    return predicted_centroid_px(tube, blob, at, scene, Rung::centres, jacobian).value();
+  };
+  Eigen::Matrix<double, 2, 6> jacobian;
+  EXPECT_LT((predicted(pose, &jacobian) - sum / total).norm(), 0.003);
+  const auto moved = [&](const Eigen::VectorXd& by) -> Eigen::VectorXd {
+    return predicted(perturb(pose, Vector6(by)));
+  };
+  EXPECT_TRUE(test::jacobian_agrees(jacobian,
+                                    test::numerical_jacobian(moved, Vector6::Zero(), 1e-6), 1e-4));
+  const Eigen::Vector2d area_px = *project_lamp_centre(tube, pose, scene.camera);
+  EXPECT_GT((sum / total - area_px).norm(), 1);
+  EXPECT_LT((light_shift_px(tube, blob, pose, scene) - (sum / total - area_px)).norm(), 0.003);
 }
 
 }  // namespace

@@ -35,7 +35,7 @@ std::vector<std::string> words_of(const std::string& line) {
   return words;
 }
 
-// What differs between two lines, with the last label before it; empty if they agree.
+// Difference of two lines, with the last label before it; empty if they agree.
 std::string difference(const std::string& expected, const std::string& actual) {
   const std::vector<std::string> before = words_of(expected);
   const std::vector<std::string> now = words_of(actual);

@@ -54,10 +54,8 @@ struct Polygon {
   /// Share of the light that a point keeps under a Gaussian blur of the sides.
   double coverage(const Eigen::Vector2d& px, double blur_px) const;
 
-  /// Share at the edge of a line across a side, under the blur of the sides that it does not cross.
-  double coverage_beside(const RimLine& line, std::size_t side, double blur_px) const;
-
-  /// Rows or columns that cross a side at least `margin_px` from its ends.
+  /// Rows or columns that cross a side at least `margin_px` from its ends. `opposite` is on the
+  /// nearest side that faces this one, infinite without such a side.
   std::vector<RimLine> lines(std::size_t side, double margin_px) const;
 
   /// Replaces a side by the parabola through these points, weighted by their sigmas. A short side
@@ -67,6 +65,22 @@ struct Polygon {
   /// Computes the corners from the sides, and what follows from them. False if the polygon is no
   /// longer convex.
   bool update();
+};
+
+/// Share of the light that the sides at an angle leave on a line across a side, under their blur.
+class AdjacentSides {
+ public:
+  AdjacentSides(const Polygon& polygon, const RimLine& line, std::size_t side, double blur_px);
+
+  /// At a coordinate along the line. Exact for sides at right angles.
+  double operator()(double along) const;
+
+ private:
+  struct Distance {
+    double at_edge, by_along;  // [sigmas of the blur], [1 / px]
+  };
+  std::vector<Distance> distances_;  // of the sides that matter
+  double edge_;
 };
 
 /// Polygon of the outline at a level. `blur_px`: sigma of the edges; points near corners, which

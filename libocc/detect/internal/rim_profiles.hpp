@@ -39,8 +39,13 @@ class RimProfiles {
         glow_(glow),
         dim_(std::max(5 * std::sqrt(model.noise.floor), 0.05 * model.plateau.level())) {}
 
-  /// `part`: share of the light that other edges nearby leave to this one under blur.
-  void add(const RimLine& line, double part = 1) {
+  void add(const RimLine& line) {
+    add(line, [](double) { return 1.0; });
+  }
+
+  /// `share(along)`: share of the light that other edges nearby leave at a place on the line.
+  template <typename Share>
+  void add(const RimLine& line, const Share& share) {
     // Along the line the edge is wider by 1 / cosine, and displaced by the rim's curvature.
     const double blur = model_.blur_px / line.cosine();
     const double edge = line.edge + displacement(line);
@@ -61,7 +66,7 @@ class RimProfiles {
     const Eigen::Vector2d rim = line.point(line.edge);
     // Blur also transports light along the plateau's slope.
     const double carried =
-        part * model_.blur_px * model_.plateau.gradient(rim.x(), rim.y()).dot(normal);
+        share(line.edge) * model_.blur_px * model_.plateau.gradient(rim.x(), rim.y()).dot(normal);
     Sums sums;
     for (int along = low; along <= high; ++along, pixel += step) {
       const double z = line.outward * (along - edge) / blur;
@@ -73,7 +78,7 @@ class RimProfiles {
       double cover = 1 - at_z.below;
       if (both_edges) cover -= 1 - table_(z + chord / blur).below;
       const Eigen::Vector2d at = line.point(along);
-      const double level = part * model_.plateau(at.x(), at.y()) - outside;
+      const double level = share(along) * model_.plateau(at.x(), at.y()) - outside;
       sums.add(*pixel - outside, level, level * cover - carried * at_z.density, z, at_z.density,
                model_.noise);
       sums.by_level += at_z.density * cover;

@@ -23,14 +23,15 @@ std::optional<Eigen::Vector2d> perspective_shift_px(const Lamp& lamp, const Rigi
                                                     const Eigen::Vector2d& image_centre_px);
 
 /// Shift of the measured lamp from the middle of its image by the gradient of its brightness
-/// (Blob::light_response_px2).
-Eigen::Vector2d light_shift_px(const Lamp& lamp, const Blob& blob, const Rigid3& cam_from_world,
-                               const Scene& scene);
+/// (Blob::light_response_px2). That of a tube without a rim is the integral over its light.
+LIBOCC_API Eigen::Vector2d light_shift_px(const Lamp& lamp, const Blob& blob,
+                                          const Rigid3& cam_from_world, const Scene& scene);
 
 /// Predicted centroid of the blob: predicted_centroid_px plus, except for Rung::points,
 /// light_shift_px. The centroid of an uneven disc without a rim is that of a disc with the size of
-/// its light, whose centre is closer to that of the lamp. The Jacobian neglects both shifts.
-std::optional<Eigen::Vector2d> predicted_centroid_px(
+/// its light, whose centre is closer to that of the lamp. The Jacobian neglects both shifts, but
+/// not that of a tube.
+LIBOCC_API std::optional<Eigen::Vector2d> predicted_centroid_px(
     const Lamp& lamp, const Blob& blob, const Rigid3& cam_from_world, const Scene& scene, Rung rung,
     Eigen::Matrix<double, 2, 6>* jacobian = nullptr);
 
