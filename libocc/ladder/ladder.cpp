@@ -3,8 +3,10 @@
 
 #include <time.h>
 
+#include <Eigen/Geometry>
 #include <cmath>
 #include <limits>
+#include <tuple>
 
 #include "libocc/core/require.hpp"
 #include "libocc/detect/detect.hpp"
@@ -81,6 +83,44 @@ void fill_points(LadderProblem& p) {
   p.sigma_px = n > 0 ? std::sqrt(sum / (2 * static_cast<double>(n))) : 0;
 }
 
+/// The lamp's corners in the order of the corners of its image, which the true pose gives.
+Eigen::Matrix<double, 3, 4> corners_of(const Lamp& lamp, const Blob& blob, const Rigid3& truth,
+                                       const Camera& camera) {
+  const Eigen::Vector3d along = 0.5 * lamp.size_m.x() * lamp.x_axis;
+  const Eigen::Vector3d across = 0.5 * lamp.size_m.y() * lamp.normal.cross(lamp.x_axis);
+  Eigen::Matrix<double, 3, 4> corners;
+  corners << lamp.centre_m + along + across, lamp.centre_m - along + across,
+      lamp.centre_m - along - across, lamp.centre_m + along - across;
+  Eigen::Matrix<double, 3, 4> best = corners, tried;
+  double min_sum = std::numeric_limits<double>::infinity();
+  for (const int step : {1, 3})
+    for (int first = 0; first < 4; ++first) {
+      double sum = 0;
+      for (int i = 0; i < 4; ++i) {
+        tried.col(i) = corners.col((first + step * i) % 4);
+        const auto px = camera.project(truth * tried.col(i));
+        sum += px ? camera.difference_px(*px, blob.corners_px[static_cast<std::size_t>(i)]).norm()
+                  : std::numeric_limits<double>::infinity();
+      }
+      if (sum < min_sum) std::tie(min_sum, best) = std::make_tuple(sum, tried);
+    }
+  return best;
+}
+
+void fill_corners(LadderProblem& p) {
+  for (const Match& match : p.matches) {
+    const Lamp& lamp = p.scene.lamps[match.lamp];
+    const Blob& blob = p.blobs[match.blob];
+    if (lamp.shape != LampShape::rectangle || blob.corners_px.size() != 4) continue;
+    const Eigen::Index at = p.corners_px.cols();
+    p.corners_in_world.conservativeResize(3, at + 4);
+    p.corners_px.conservativeResize(2, at + 4);
+    p.corners_in_world.rightCols<4>() = corners_of(lamp, blob, p.truth, p.scene.camera);
+    for (int i = 0; i < 4; ++i)
+      p.corners_px.col(at + i) = blob.corners_px[static_cast<std::size_t>(i)];
+  }
+}
+
 Result<PoseBound> bound_of(const LadderProblem& p, Rung rung, FluxModel flux) {
   RefineOptions options;
   options.rung = rung;
@@ -108,6 +148,7 @@ LadderProblem ladder_problem(const ImageView& image, const Scene& scene,
   p.detect_s = now_s() - begun;
   assign_blobs(p);
   fill_points(p);
+  fill_corners(p);
   return p;
 }
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Error and time of each method that computes a pose from assigned blobs, on one image with known
-// truth: closed forms on the centroids, the rungs of the refinement, and OpenCV's solvers for
-// comparison. All methods use the same measured blobs and are timed by the CPU clock of the thread
-// over many calls. Methods that need a start value get it from P3P over triples; the time of that
-// is included.
+// truth: closed forms on centroids and corners, the rungs of the refinement, and, for comparison,
+// OpenCV's solvers and methods of the literature. All methods use the same measured blobs and are
+// timed by the CPU clock of the thread over many calls. Methods that need a start value get it from
+// P3P over triples; the time of that is included.
 #pragma once
 
 #include <Eigen/Core>
@@ -31,8 +31,11 @@ struct LadderProblem {
   std::vector<Match> matches;        ///< lamps that are wholly in the image
   Eigen::Matrix3Xd points_in_world;  ///< centres of the matched lamps [m], 3 x matches
   Eigen::Matrix2Xd points_px;        ///< centroids of the matched blobs, 2 x matches
-  double sigma_px = 0;  ///< r.m.s. distance per axis of centroids and projected centres
-  double detect_s = 0;  ///< time of detection, not included in a method's time
+  /// Corners of the matched rectangles whose images have four, in the order of the matches [m].
+  Eigen::Matrix3Xd corners_in_world;
+  Eigen::Matrix2Xd corners_px;  ///< their images, 2 x corners
+  double sigma_px = 0;          ///< r.m.s. distance per axis of centroids and projected centres
+  double detect_s = 0;          ///< time of detection, not included in a method's time
 };
 
 /// Detects blobs and assigns each lamp the blob nearest to the centre of its image under the true
@@ -43,7 +46,7 @@ LIBOCC_API LadderProblem ladder_problem(const ImageView& image, const Scene& sce
 /// One method of the ladder.
 struct LadderStep {
   const char* name;    ///< e.g. "p3p", "rims"
-  const char* family;  ///< package of the implementation: "libocc", "OpenGV", "OpenCV"
+  const char* family;  ///< "libocc", the package of the implementation, or "literature"
   const char* what;    ///< description for tables
   Rung observations;   ///< observations that it uses; they determine its bound
   FluxModel flux;      ///< flux model that it uses; determines its bound, too

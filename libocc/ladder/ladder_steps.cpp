@@ -38,14 +38,17 @@ Result<Rigid3> by_three(const LadderProblem& p) {
   return nearest_candidate(p, candidates);
 }
 
-/// Runs the bare solver in the normalised frame that it expects.
-Result<Rigid3> by_solver(const LadderProblem& p, const char* name) {
-  PoseProblem problem = bearings_of(p);
+/// Candidates of the bare solver, which expects a normalised frame.
+std::vector<Rigid3> solved_in_unit_frame(PoseProblem problem, const char* name) {
   const UnitFrame frame = normalise(problem.points);
   std::vector<Rigid3> candidates;
   solver_named(name).solve(problem, candidates);
   for (Rigid3& c : candidates) c = frame.restored(c);
-  return nearest_candidate(p, candidates);
+  return candidates;
+}
+
+Result<Rigid3> by_solver(const LadderProblem& p, const char* name) {
+  return nearest_candidate(p, solved_in_unit_frame(bearings_of(p), name));
 }
 
 Result<Rigid3> by_p3p_triples(const LadderProblem& p) { return by_solver(p, "p3p_triples"); }
@@ -67,17 +70,28 @@ Result<Rigid3> guarded(const LadderProblem& p) {
 }
 
 /// Counts an ambiguous answer by its best pose.
-Result<Rigid3> by_solve_pose(const LadderProblem& p) {
+Result<Rigid3> least_squares(const Eigen::Matrix3Xd& points_in_world,
+                             const Eigen::Matrix2Xd& points_px, const LadderProblem& p,
+                             double sigma_px) {
   SolvePoseOptions options;
-  options.sigma_px = p.sigma_px;
-  const Result<Fix> fix = solve_pose(p.points_in_world, p.points_px, p.scene.camera, options);
+  options.sigma_px = sigma_px;
+  const Result<Fix> fix = solve_pose(points_in_world, points_px, p.scene.camera, options);
   const bool answered = fix.ok() || fix.status == Status::ambiguous;
   return {fix->cam_from_world, answered ? Status::ok : fix.status, fix.message};
 }
 
+Result<Rigid3> by_solve_pose(const LadderProblem& p) {
+  return least_squares(p.points_in_world, p.points_px, p, p.sigma_px);
+}
+
+Result<Rigid3> by_corners(const LadderProblem& p) {
+  constexpr double corner_sigma_px = 0.05;  // of well exposed lamps
+  return least_squares(p.corners_in_world, p.corners_px, p, corner_sigma_px);
+}
+
 template <Rung rung, FluxModel flux = FluxModel::ignore>
 Result<Rigid3> refined(const LadderProblem& p) {
-  const Result<Rigid3> start = by_p3p_triples(p);
+  const Result<Rigid3> start = start_of(p);
   if (!start.ok()) return start;
   RefineOptions options;
   options.rung = rung;
@@ -143,16 +157,18 @@ std::vector<LadderStep> own_steps() {
          no_flux,
          three,
          refined<Rung::centres>},
-        {"rims", "libocc", "refined by rims", rims, no_flux, three, refined<Rung::rims>},
+        {"corners",     "libocc",  "corners of rectangles, least squares", rims, no_flux,
+         has_rectangle, by_corners},
+        {"rims", "libocc", "refined by rims", rims, no_flux, has_start, refined<Rung::rims>},
         {"rims+flux",
          "libocc",
          "refined by rims and brightness",
          rims,
          FluxModel::known_power,
-         three,
+         has_start,
          refined<Rung::rims, FluxModel::known_power>},
     {
-      "direct", "libocc", "refined by every pixel", Rung::direct, no_flux, three,
+      "direct", "libocc", "refined by every pixel", Rung::direct, no_flux, has_start,
           refined<Rung::direct>
     }
   };
@@ -160,27 +176,29 @@ std::vector<LadderStep> own_steps() {
 
 }  // namespace
 
-PoseProblem internal::ladder::bearings_of(const LadderProblem& p) {
+namespace {
+
+PoseProblem bearings_of(const Camera& camera, const Eigen::Matrix3Xd& points_in_world,
+                        const Eigen::Matrix2Xd& points_px) {
   PoseProblem problem;
-  problem.points = p.points_in_world;
-  problem.bearings.resize(3, p.points_px.cols());
-  for (Eigen::Index i = 0; i < p.points_px.cols(); ++i) {
-    const auto bearing = p.scene.camera.unproject(p.points_px.col(i));
-    problem.bearings.col(i) = bearing.value_or(Eigen::Vector3d::UnitZ());
-  }
+  problem.points = points_in_world;
+  problem.bearings.resize(3, points_px.cols());
+  for (Eigen::Index i = 0; i < points_px.cols(); ++i)
+    problem.bearings.col(i) = camera.unproject(points_px.col(i)).value_or(Eigen::Vector3d::UnitZ());
   return problem;
 }
 
-Result<Rigid3> internal::ladder::nearest_candidate(const LadderProblem& p,
-                                                   const std::vector<Rigid3>& candidates) {
+Result<Rigid3> nearest_to(const Camera& camera, const Eigen::Matrix3Xd& points_in_world,
+                          const Eigen::Matrix2Xd& points_px,
+                          const std::vector<Rigid3>& candidates) {
   Result<Rigid3> best;
   best.status = Status::no_pose;
   double min_sum = std::numeric_limits<double>::infinity();
   for (const Rigid3& pose : candidates) {
     double sum = 0;
-    for (Eigen::Index i = 0; i < p.points_px.cols(); ++i) {
-      const auto px = p.scene.camera.project(pose * p.points_in_world.col(i));
-      sum += px ? p.scene.camera.difference_px(*px, p.points_px.col(i)).squaredNorm()
+    for (Eigen::Index i = 0; i < points_px.cols(); ++i) {
+      const auto px = camera.project(pose * points_in_world.col(i));
+      sum += px ? camera.difference_px(*px, points_px.col(i)).squaredNorm()
                 : std::numeric_limits<double>::infinity();
     }
     if (!(sum < min_sum)) continue;
@@ -188,6 +206,27 @@ Result<Rigid3> internal::ladder::nearest_candidate(const LadderProblem& p,
     best = {pose, Status::ok, ""};
   }
   return best;
+}
+
+}  // namespace
+
+PoseProblem internal::ladder::bearings_of(const LadderProblem& p) {
+  return occ::bearings_of(p.scene.camera, p.points_in_world, p.points_px);
+}
+
+Result<Rigid3> internal::ladder::nearest_candidate(const LadderProblem& p,
+                                                   const std::vector<Rigid3>& candidates) {
+  return nearest_to(p.scene.camera, p.points_in_world, p.points_px, candidates);
+}
+
+bool internal::ladder::has_rectangle(const LadderProblem& p) { return p.corners_px.cols() > 0; }
+bool internal::ladder::has_start(const LadderProblem& p) { return three(p) || has_rectangle(p); }
+
+Result<Rigid3> internal::ladder::start_of(const LadderProblem& p) {
+  if (three(p)) return by_p3p_triples(p);
+  const PoseProblem problem = occ::bearings_of(p.scene.camera, p.corners_in_world, p.corners_px);
+  return nearest_to(p.scene.camera, p.corners_in_world, p.corners_px,
+                    solved_in_unit_frame(problem, "p3p_triples"));
 }
 
 bool internal::ladder::is_coplanar(const LadderProblem& p) { return !is_not_coplanar(p); }
@@ -198,6 +237,7 @@ bool internal::ladder::is_not_coplanar(const LadderProblem& p) {
 const std::vector<LadderStep>& ladder_steps() {
   static const std::vector<LadderStep> list = [] {
     std::vector<LadderStep> steps = own_steps();
+    for (const LadderStep& step : shape_steps()) steps.push_back(step);
 #if LIBOCC_OPENCV
     for (const LadderStep& step : opencv_steps()) steps.push_back(step);
 #endif

@@ -146,7 +146,7 @@ LadderFrame ladder_frame(const NumpyImage& image, const Scene& scene, const Rigi
   frame.detect_s = problem.detect_s;
   frame.points_in_world_m = problem.points_in_world.transpose();
   frame.points_px = problem.points_px.transpose();
-  if (problem.matches.size() < 3) return frame;
+  if (problem.matches.empty()) return frame;
   frame.pixels = ladder_bound(problem, Rung::direct);
   frame.points = ladder_bound(problem, Rung::points);
   for (const std::string& name : steps) {
@@ -176,7 +176,7 @@ void define_frame(py::module_& m) {
 cam_from_world: true pose, 4x4. steps: names in ladder_steps(); methods that do not suit the number
 or the layout of the lamps are left out. min_time_s: each method is called repeatedly for at least
 this CPU time.
-Returns: LadderFrame; with fewer than three lamps it has no outcomes.
+Returns: LadderFrame; with fewer than three lamps it has no outcomes, unless one is a rectangle.
 Raises: ValueError for an unknown method or an image that does not have the camera's size.)");
   m.def(
       "time_refine",

@@ -62,6 +62,16 @@ def test_json_and_csv_hold_the_same_rows(run):
         assert text["name"] == plain["name"] and text["pareto"] == str(plain["pareto"])
 
 
+def test_one_rectangle_has_the_rungs_of_its_shape(run):
+    code, out, _ = run("panels_and_tubes", "--lamps", 1, "--frames", 4, "--tilt-deg", 20, "--json")
+    rows = {row["name"]: row for row in json.loads(out)["rungs"]}
+    assert code == 0 and set(rows) == {"v_p4l", "corners", "lc_vlp", "rims", "rims+flux", "direct"}
+    assert rows["v_p4l"]["family"] == "literature" and rows["v_p4l"]["peer"]
+    assert rows["direct"]["position_rmse_m"] < rows["v_p4l"]["position_rmse_m"]
+    code, out, _ = run("panels_and_tubes", "--lamps", 1, "--frames", 1)
+    assert code == 0 and "panels_and_tubes: 1 lamp at 2.5 m" in out
+
+
 def test_the_same_seed_gives_the_same_errors(run):
     def errors(seed):
         _, out, _ = run("--frames", 3, "--rung", "rims", "--json", "--seed", seed)
@@ -162,7 +172,8 @@ def test_ctrl_c_keeps_finished_results(run, monkeypatch):
     [
         (("nosuch.yaml",), "nosuch.yaml"),
         (("text.yaml",), "text.yaml"),
-        (("kookmin_one_lamp",), "three lamps"),
+        (("kookmin_one_lamp",), "three lamps or a rectangle"),
+        (("--lamps", 2), "irregular_six.*three lamps or a rectangle, got 2"),
         (("--lamps", 7), "irregular_six.*6 lamps.*7"),
         (("--range", 0.5), "irregular_six.*0.5 m.*increase the range"),
         (("--rung", "nosuch"), "'nosuch' is not one of p3p, "),

@@ -6,6 +6,7 @@ import click
 import numpy as np
 
 from ... import samples
+from ..._core import LampShape
 from ...bench import missing_ladder_steps
 from .. import INTERRUPTED, Failure, error_context, json_option, print_json
 from ..build import missing_note, require_in_build
@@ -31,8 +32,8 @@ def experiment_of(
             if lamps > len(loaded.lamps):
                 raise ValueError(f"has {len(loaded.lamps)} lamps, got --lamps {lamps}")
             loaded = loaded.replace(lamps=loaded.lamps[:lamps])
-        if len(loaded.lamps) < 3:
-            raise ValueError(f"a pose requires three lamps, got {len(loaded.lamps)}")
+        if len(loaded.lamps) < 3 and not any(lamp.shape == LampShape.rectangle for lamp in loaded.lamps):
+            raise ValueError(f"a pose requires three lamps or a rectangle, got {len(loaded.lamps)} without corners")
         sensor = noisier(loaded.sensor, noise)
         if read_noise_e is not None:
             sensor = sensor.replace(read_noise_e=read_noise_e)
@@ -95,7 +96,7 @@ def headline(settings: dict[str, Any], result: Run) -> str:
     count = f"{lamps[0]}" if len(lamps) == 1 else f"{lamps[0]} to {lamps[-1]}"
     noise = "" if settings["noise"] == 1 else f", noise x {settings['noise']:g}"
     return (
-        f"{settings['scene']}: {count} lamps at {settings['range_m']:g} m, tilt "
+        f"{settings['scene']}: {count} lamp{'' if count == '1' else 's'} at {settings['range_m']:g} m, tilt "
         f"{settings['tilt_deg']:g} deg{noise}, {result.frames} frame"
         + ("" if result.frames == 1 else "s")
     )
@@ -112,7 +113,8 @@ def verdict(best: Row | None, target_mm: float | None, budget_ms: float | None) 
 
 @click.command(short_help="Measure accuracy against computing time.")
 @click.argument("scene", default="irregular_six")
-@click.option("--lamps", type=click.IntRange(3), metavar="N", help="Use only the first N lamps of the scene.")
+@click.option("--lamps", type=click.IntRange(1), metavar="N",
+              help="Use only the first N lamps of the scene; fewer than three need a rectangle.")
 @click.option("--range", "range_m", type=click.FloatRange(0, min_open=True), default=2.5,
               show_default=True, help="Distance of the camera from the lamps' centroid [m].")
 @click.option("--tilt-deg", type=click.FloatRange(0, 89), default=10, show_default=True,
@@ -153,8 +155,9 @@ def command(
 
     Runs all pose methods on the same simulated images of SCENE, a YAML file or the name of a scene that
     comes with libocc. The lamps are identified. Methods: closed-form solvers on the lamps' centroids, the
-    refinement by points, centres, rims and all pixels, and, if installed, the solvers of OpenCV and
-    PoseLib. For each method the table has the time, the error, its ratio to the Cramer-Rao bound, and
+    refinement by points, centres, rims and all pixels, methods of the literature that use the shapes of
+    luminaires, and, if installed, the solvers of OpenCV and PoseLib. Of one rectangle, those that use its
+    corners or its rim remain. For each method the table has the time, the error, its ratio to the Cramer-Rao bound, and
     the rates of failures (no answer) and outliers (error above 10 times the bound, including the bias
     of points). Run it on an idle machine; more frames are more precise. Ctrl-C ends the run and prints
     the results so far. Exit code 0: measured; 1: no rung meets --target-mm and --budget-ms; 2: bad input.

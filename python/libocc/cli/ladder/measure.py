@@ -70,7 +70,7 @@ def run(
             pose = experiment.pose(number)
             image = experiment.image(number, pose)
             frame = _core.ladder_frame(image, experiment.scene, pose, steps, min_time_s)
-            if len(frame.points_px) >= 3:
+            if frame.outcomes:
                 _keep(result, frame, experiment, pose)
             advance()
     except KeyboardInterrupt:
@@ -83,6 +83,8 @@ def _keep(result: Run, frame: _core.LadderFrame, experiment: Experiment, pose: A
     camera = experiment.scene.camera
     for rung in result.rungs:
         if rung.peer is not None:
+            if len(frame.points_px) < 3:
+                continue
             returned = answer(rung.peer, frame.points_in_world_m, frame.points_px, camera)
             time_s, found, bound = returned.time_s, returned.cam_from_world, frame.points
         elif rung.name in outcomes:

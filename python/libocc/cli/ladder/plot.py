@@ -17,8 +17,11 @@ from .figures import Row
 
 ENDINGS = (".png", ".svg", ".pdf")
 # Palette of Okabe and Ito, distinguishable with colour vision deficiency; the markers differ as well.
-OURS, OPENGV, PEER, FRONT, INK = "#0072B2", "#009E73", "#D55E00", "#0072B2", "#222222"
-FAMILIES = {"libocc": (OURS, "o"), "OpenGV": (OPENGV, "D"), "OpenCV": (PEER, "s"), "PoseLib": (PEER, "^")}
+OURS, OPENGV, PEER, LITERATURE, FRONT, INK = "#0072B2", "#009E73", "#D55E00", "#CC79A7", "#0072B2", "#222222"
+FAMILIES = {
+    "libocc": (OURS, "o"), "OpenGV": (OPENGV, "D"), "OpenCV": (PEER, "s"), "PoseLib": (PEER, "^"),
+    "literature": (LITERATURE, "v"),
+}  # fmt: skip
 HALO = [withStroke(linewidth=2.5, foreground="white")]
 # Candidate offsets of a label: directions (right, up) and distances in multiples of NEAR points.
 NEAR, STEPS = 7.0, (1.0, 2.2, 3.6, 5.2, 7.0, 9.0, 11.0, 13.0)
@@ -112,7 +115,7 @@ def _legend(axes: Axes, rows: Sequence[Row]) -> None:
     if any(not row.reliable for row in rows):
         axes.plot([], [], "o", color="white", markeredgecolor="#555555", label="unreliable")
     axes.legend(
-        loc="upper center", bbox_to_anchor=(0.5, -0.125), ncols=6, frameon=False, fontsize=8,
+        loc="upper center", bbox_to_anchor=(0.5, -0.125), ncols=len(FAMILIES) + 2, frameon=False, fontsize=8,
         handletextpad=0.3, columnspacing=1.3,
     )
 
