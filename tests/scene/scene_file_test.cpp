@@ -200,7 +200,7 @@ TEST(SceneFile, EveryShippedSceneLoads) {
     EXPECT_FALSE(scene.lamps.empty()) << file.path();
     expect_same(parse_scene(format_scene(scene)), scene);
   }
-  EXPECT_EQ(count, 10);
+  EXPECT_EQ(count, 11);
 }
 
 TEST(SceneFile, ShippedRoomsAreTheTestsRooms) {
