@@ -27,6 +27,12 @@ constexpr double saturated_corner_px = 3;  // the rounding of a clipped corner i
 // of the plateau. Found on rendered panels, at all angles.
 constexpr double edge_model_px = 0.001;
 
+// Scatter of the light over its level from which on each row and column has a level of its own, as
+// of single LEDs behind a diffuser.
+constexpr double max_texture = 0.04;
+// Level of the outline where the middle of the light has dark gaps along the sides.
+constexpr double dim_level = 0.25;
+
 /// Points of each side.
 using SidePoints = std::vector<std::vector<RimPoint>>;
 
@@ -182,6 +188,15 @@ void add_plateau_noise(const RimModel& model, const RimProfiles& profiles, const
       covariance_of_plateau(rim.polygon, model.plateau, pixel_variance, growth);
 }
 
+/// The slope of a textured light at the edge is unknown. Found on rendered panels with single LEDs:
+/// all sides err alike by a share of the texture times the blur.
+void add_texture(double texture_px, PolygonRim& rim) {
+  constexpr double growth = 0.5, other = 0.15;
+  rim.common_covariance_px2.diagonal().array() += square(other * texture_px);
+  rim.common_covariance_px2(0, 0) += square(growth * texture_px);
+  rim.centre_covariance_px2.diagonal().array() += square(other * texture_px);
+}
+
 /// Adds the softness of each side to its points, as an error that is common to them. The centroid
 /// is that between the measured sides and those at the end of the light; soft sides opposite to
 /// each other, as of a tube, are about equally soft.
@@ -216,13 +231,16 @@ bool is_settled(const Polygon& before, const Polygon& after, double limit_px) {
 
 std::optional<PolygonRim> measure_polygon(const Patch& patch, const Component& component,
                                           double blur_px) {
-  std::optional<Polygon> polygon =
-      find_polygon(patch, component, 0.5 * weighted_mean_signal(patch, component), blur_px);
+  const double mean = weighted_mean_signal(patch, component);
+  std::optional<Polygon> polygon = find_polygon(patch, component, 0.5 * mean, blur_px);
+  if (!polygon) polygon = find_polygon(patch, component, dim_level * mean, blur_px);
   if (!polygon) return std::nullopt;
+  bool textured = false;
   for (int pass = 0; pass < max_polygon_passes; ++pass) {
     const std::optional<Plateau> plateau = Plateau::fit(patch, *polygon, blur_px);
     if (!plateau || !(plateau->level() > 0)) return std::nullopt;
-    const RimModel model{*plateau, noise_of(patch, *plateau), blur_px};
+    textured = textured || texture_of(patch, *plateau) > max_texture;
+    const RimModel model{*plateau, noise_of(patch, *plateau), blur_px, textured};
     RimProfiles profiles(patch, model, polygon->centroid_px);
     SidePoints points(polygon->sides.size());
     for (std::size_t i = 0; i < points.size(); ++i) {
@@ -251,6 +269,7 @@ std::optional<PolygonRim> measure_polygon(const Patch& patch, const Component& c
       rim.polygon = *polygon;
       add_plateau_noise(model, profiles, points, rim);
       add_uneven_light(model, profiles, rim.common_covariance_px2, rim.centre_covariance_px2);
+      if (textured) add_texture(texture_of(patch, *plateau) * blur_px, rim);
       std::vector<double> softness;
       for (std::size_t i = 0; i < points.size(); ++i)
         softness.push_back(softness_px(patch, *polygon, i, model.plateau.level(), blur_px));

@@ -3,6 +3,7 @@
 // that are no polygons.
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <cmath>
 #include <map>
@@ -220,6 +221,53 @@ TEST(DetectPolygons, OtherShapesHaveNoCorners) {
     ASSERT_EQ(blobs.size(), 1u);
     EXPECT_TRUE(blobs[0].corners_px.empty());
     EXPECT_EQ(blobs[0].merged, apart_px > 0);
+  }
+}
+
+// Single LEDs behind a weak diffuser: the light varies by a factor of three along the sides. A
+// level common to all rows and columns moves the sides inwards by a pixel.
+TEST(DetectPolygons, PanelsWithVisibleLedsHaveTheirSides) {
+  const Canvas::Noise noise;
+  constexpr double half_px = 45, leds = 4;
+  Random random(8);
+  for (const double turn : {0.1, 0.6, 0.75}) {
+    SCOPED_TRACE(turn);
+    const Eigen::Vector2d centre(80.3, 79.6);
+    const Eigen::Matrix2d rotation = Eigen::Rotation2Dd(turn).toRotationMatrix();
+    std::vector<Eigen::Vector2d> corners;
+    std::vector<Eigen::Vector2d> rim;
+    for (int i = 0; i < 4; ++i) {
+      const Eigen::Vector2d corner(i == 0 || i == 3 ? half_px : -half_px,
+                                   i < 2 ? half_px : -half_px);
+      corners.push_back(centre + rotation * corner);
+    }
+    for (std::size_t i = 0; i < 4; ++i)
+      for (int k = 0; k < 200; ++k)
+        rim.push_back(corners[i] + k / 200.0 * (corners[(i + 1) % 4] - corners[i]));
+    Canvas canvas(160, 160);
+    const auto covered = coverage(rim, 0.8, 160, 160);
+    for (int y = covered.y0; y < covered.y0 + covered.height; ++y)
+      for (int x = covered.x0; x < covered.x0 + covered.width; ++x) {
+        const Eigen::Vector2d at = rotation.transpose() * (Eigen::Vector2d(x, y) - centre);
+        const double wave = (1 - std::cos(pi * leds * (at.x() / half_px + 1))) *
+                            (1 - std::cos(pi * leds * (at.y() / half_px + 1)));
+        canvas.at(x, y) = covered.at(x, y) * 1000 * (1 + 0.6 * wave);
+      }
+    DetectOptions options;
+    options.sensor = Canvas::sensor(noise, 0.8);
+    const auto blobs = detect(canvas.image(noise, &random).view(), options);
+    ASSERT_EQ(blobs.size(), 1u);
+    const Blob& blob = blobs[0];
+    ASSERT_EQ(blob.corners_px.size(), 4u);
+    for (const Eigen::Vector2d& seen : blob.corners_px) {
+      double nearest = infinity;
+      for (const Eigen::Vector2d& corner : corners)
+        nearest = std::min(nearest, (corner - seen).norm());
+      EXPECT_LT(nearest, 0.5);
+      EXPECT_LT(nearest, 6 * std::sqrt(blob.rim_covariance_px2.trace()));
+    }
+    const Eigen::Vector2d error = blob.centroid_px - centre;
+    EXPECT_LT(error.dot(blob.covariance_px2.inverse() * error), 18);
   }
 }
 

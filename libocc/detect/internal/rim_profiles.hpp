@@ -24,7 +24,14 @@ struct RimModel {
   Plateau plateau;
   Noise noise;
   double blur_px = 0;
+  bool own_level = false;  ///< estimate the level of each profile: the plateau is textured
 };
+
+/// Scatter of the plateau's pixels beyond noise, over its level.
+inline double texture_of(const Patch& patch, const Plateau& plateau) {
+  const double variance = plateau.variance() - patch.noise().variance(plateau.level());
+  return std::sqrt(std::max(0.0, variance)) / plateau.level();
+}
 
 /// Fits one rim point on each line, and sums the residuals of all profiles.
 class RimProfiles {
@@ -83,6 +90,7 @@ class RimProfiles {
                model_.noise);
       sums.by_level += at_z.density * cover;
     }
+    if (model_.own_level) sums.remove_level();
     if (!(sums.weight > 0)) return;
     const double shift = blur * sums.shift / sums.weight;
     const double sigma = blur * std::sqrt(sums.variance) / sums.weight;
@@ -115,6 +123,9 @@ class RimProfiles {
     double shift = 0, weight = 0, variance = 0, by_level = 0;  // weighted by the edge's derivative
     double blur = 0, blur_weight = 0;
     double misfit = 0, expected = 0, light = 0;
+    // Products with the model, for a level of its own.
+    double model_residual = 0, model_density = 0, model_slope = 0, model2 = 0, model_blur = 0;
+    double variance_mixed = 0, variance_model = 0;
 
     void add(double signal, double level, double model, double z, double density,
              const Noise& noise) {
@@ -129,6 +140,27 @@ class RimProfiles {
       misfit += residual * residual;
       expected += pixel_variance;
       light += level * level;
+      model_residual += model * residual;
+      model_density += model * density;
+      model_slope += model * density * level;
+      model2 += model * model;
+      model_blur += by_blur * model;
+      variance_mixed += density * model * pixel_variance;
+      variance_model += model * model * pixel_variance;
+    }
+
+    /// Makes shift, blur and misfit independent of a factor of the model.
+    void remove_level() {
+      if (!(model2 > 0)) return;
+      const double share = model_density / model2;
+      shift -= share * model_residual;
+      weight -= share * model_slope;
+      variance += share * (share * variance_model - 2 * variance_mixed);
+      by_level = 0;
+      const double factor = model_residual / model2;
+      misfit = std::max(0.0, misfit - factor * model_residual);
+      blur -= factor * model_blur;
+      blur_weight -= square(model_blur) / model2;
     }
 
     Sums& operator+=(const Sums& other) {
