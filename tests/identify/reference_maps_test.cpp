@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: Apache-2.0
+// Results of identify() for maps of many lamps, compared with those of an earlier version: every
+// search method, grids with dark lamps, and priors that are right or wrong.
+#include <gtest/gtest.h>
+
+#include <array>
+#include <string>
+
+#include "libocc/identify/lamp_index.hpp"
+#include "tests/identify/random_maps.hpp"
+#include "tests/identify/reference_support.hpp"
+
+namespace occ::test {
+namespace {
+
+maps::Options map_options(int i) {
+  maps::Options options;
+  options.lamps = std::array<int, 6>{7, 9, 12, 20, 40, 80}[static_cast<std::size_t>(i % 6)];
+  options.visible = 4 + i % 6;
+  options.hidden = i % 5 == 1 ? 2 : i % 3 == 0 ? 1 : 0;
+  if (options.visible + options.hidden > options.lamps) options.hidden = 0;
+  if (options.lamps < 9) options.visible = std::min(options.visible, 6);
+  options.false_lights = i % 7;
+  options.noise_px = i % 4 == 0 ? 0.1 : 0.5;
+  options.thickness_m = i % 3 ? 0.5 : 0;
+  return options;
+}
+
+TEST(References, SearchMethodsOfRandomMaps) {
+  constexpr std::array<IdentifyMethod, 6> methods{
+      IdentifyMethod::automatic, IdentifyMethod::alignment,  IdentifyMethod::voting,
+      IdentifyMethod::ransac,    IdentifyMethod::clustering, IdentifyMethod::hashing};
+  References references("identify/methods");
+  for (int i = 0; i < 150; ++i) {
+    Random random(511, static_cast<std::uint64_t>(i));
+    const maps::View view = maps::random_view(random, map_options(i));
+    IdentifyOptions options;
+    options.model_sigma_px = 0.1;
+    options.method = methods[static_cast<std::size_t>(i / 6 % 6)];
+    options.seed = static_cast<std::uint64_t>(i);
+    const bool many = view.scene.lamps.size() > 20;
+    if (many && options.method != IdentifyMethod::hashing && i % 4)
+      options.method = IdentifyMethod::automatic;
+    if (many) options.max_hypotheses = 20000;
+    if (i % 11 == 4) options.max_hypotheses = 300;
+    if (i % 3 != 1) options.prior = maps::gravity(view, i % 2 ? 0.01 : 0.03, random);
+    if (i % 9 == 5) options.prior = prior_of(view.cam_from_world, 8 + random.below(8), 1, random);
+    if (options.method == IdentifyMethod::hashing && i % 2)
+      options.index = LampIndex(view.scene.lamps);
+    references.add(std::to_string(i), results_of(identify(view.blobs, view.scene, options)));
+  }
+  EXPECT_EQ(references.differences(), "");
+}
+
+/// Lamps near the places of a grid or in a row; some are dark.
+TEST(References, IdentifiedLampsOfGrids) {
+  References references("identify/grids");
+  for (int i = 0; i < 100; ++i) {
+    Random random(512, static_cast<std::uint64_t>(i));
+    maps::View view{maps::grid(3 + i % 4), {}, {}, {}};
+    const double off_m = i % 3 == 0 ? 0.0 : i % 3 == 1 ? 0.02 : 0.1;
+    for (Lamp& lamp : view.scene.lamps) lamp.centre_m += off_m * random_vector(random);
+    if (i % 10 == 9)
+      for (Lamp& lamp : view.scene.lamps) lamp.centre_m.y() = 1 + 0.01 * random.normal();
+    maps::Options map;
+    map.lamps = 4 + i % 4;
+    map.max_tilt_rad = 0.3;
+    view.cam_from_world = maps::random_pose(random, map);
+    for (const Lamp& lamp : view.scene.lamps) {
+      const auto px = view.scene.camera.project(view.cam_from_world * lamp.centre_m);
+      if (!px || !view.scene.camera.contains(*px) || random.uniform() < 0.15) continue;
+      const Eigen::Vector2d noise(random.normal(), random.normal());
+      view.blobs.push_back(maps::spot(*px + 0.3 * noise, 0.3));
+    }
+    for (int k = 0; k < i % 5; ++k)
+      view.blobs.push_back(maps::spot({random.uniform(0, 479), random.uniform(0, 479)}, 0.3));
+    IdentifyOptions options;
+    options.model_sigma_px = 0.1;
+    const int of_prior = i % 8;
+    if (of_prior == 1) options.prior = maps::gravity(view, 0.01, random);
+    if (of_prior == 2) options.prior = prior_of(view.cam_from_world, 16, 1, random);
+    if (of_prior == 3) options.prior = prior_of(view.cam_from_world, 1 + 8, 1, random);
+    if (of_prior == 4)
+      options.prior = prior_of(view.cam_from_world * Rigid3{Eigen::Matrix3d::Identity(), {1, 0, 0}},
+                               1 + random.below(31), 1, random);
+    if (of_prior == 5) options.prior = prior_of(view.cam_from_world, 16 + 8 + 2, 3, random);
+    if (of_prior == 6) options.prior = prior_of(view.cam_from_world, 4 + 2, 4, random);
+    options.max_hypotheses = i % 13 == 6 ? 100 : 30000;
+    references.add(std::to_string(i), results_of(identify(view.blobs, view.scene, options)));
+  }
+  EXPECT_EQ(references.differences(), "");
+}
+
+/// Priors that are off by a few sigmas or of another place.
+TEST(References, IdentifiedLampsWithPriors) {
+  References references("identify/priors");
+  for (int i = 0; i < 120; ++i) {
+    Random random(513, static_cast<std::uint64_t>(i));
+    const maps::View view = maps::random_view(random, map_options(i));
+    IdentifyOptions options;
+    options.model_sigma_px = i % 2 ? 0.1 : 0.5;
+    const double off = std::array<double, 4>{0.5, 1, 3, 8}[static_cast<std::size_t>(i / 6 % 4)];
+    options.prior = prior_of(view.cam_from_world, 1 + i % 31, off, random);
+    options.max_hypotheses = view.scene.lamps.size() > 20 ? 10000 : 50000;
+    references.add(std::to_string(i), results_of(identify(view.blobs, view.scene, options)));
+  }
+  EXPECT_EQ(references.differences(), "");
+}
+
+}  // namespace
+}  // namespace occ::test
