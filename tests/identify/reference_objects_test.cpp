@@ -66,7 +66,7 @@ void add_match(CaseResults& results, const ObjectMatch& match) {
   results.add("object", match.object);
   results.add("plausible", match.plausible);
   results.add("log10_nfa", match.log10_false_alarms);
-  results.summarise("poses", numbers_of(match.poses));
+  add_hypotheses(results, "poses", match.poses);
 }
 
 TEST(References, RecognisedObjects) {

@@ -132,13 +132,13 @@ TEST(References, HypothesesAtOtherPoses) {
           Rigid3{so3_exp(off * random_vector(random)), off * random_vector(random)} * c.pose;
       const auto found = hypothesis_at(problem, matches, moved);
       if (found)
-        results.summarise("found", test::numbers_of({*found}));
+        add_hypotheses(results, "found", {*found});
       else
         results.add("found", "none");
     }
     const Result<Identification> searched = search_hypotheses(c.view.blobs, c.scene, c.options);
     results.add("status", static_cast<double>(searched.status));
-    results.summarise("searched", test::numbers_of(searched->hypotheses));
+    add_hypotheses(results, "searched", searched->hypotheses);
     references.add(std::to_string(i), results);
   }
   EXPECT_EQ(references.differences(), "");

@@ -19,7 +19,7 @@
 
 namespace occ::test {
 
-/// What a blob shows of its lamp besides its place.
+/// Properties of a blob besides its place.
 struct Look {
   double sigma_px = 0.1;
   double flux_sigma = 0.05;  ///< relative; 0: the flux is unknown
@@ -129,7 +129,7 @@ inline View look_at_lamps(const Scene& scene, const Rigid3& pose, const Look& lo
   return view;
 }
 
-/// A room in which lamps differ in all that the map says of them.
+/// A room whose lamps differ in shape, size, tilt, power and colour.
 inline Scene varied_room(Random& random, int count, int style) {
   Scene scene = random_room(random, count, style % 3 == 0 ? 3 : 2.3);
   for (Lamp& lamp : scene.lamps) {
@@ -158,24 +158,34 @@ inline Scene varied_room(Random& random, int count, int style) {
   return scene;
 }
 
-/// Results of identify(). Probabilities are compared by their logarithms.
-inline std::vector<double> numbers_of(const std::vector<Hypothesis>& hypotheses,
-                                      std::size_t most = 6) {
-  std::vector<double> numbers;
-  for (std::size_t i = 0; i < std::min(most, hypotheses.size()); ++i) {
+inline void append(std::vector<double>& numbers, const Rigid3& pose) {
+  for (const double value : pose.rotation.reshaped()) numbers.push_back(value);
+  for (const double value : pose.translation) numbers.push_back(value);
+}
+
+/// The first hypotheses. Numbers of one magnitude are summarised together. Probabilities are
+/// compared by their logarithms.
+inline void add_hypotheses(CaseResults& results, const std::string& label,
+                           const std::vector<Hypothesis>& hypotheses) {
+  constexpr std::size_t max_listed = 6;
+  std::vector<double> poses, chi2, matches, symmetries;
+  for (std::size_t i = 0; i < std::min(max_listed, hypotheses.size()); ++i) {
     const Hypothesis& h = hypotheses[i];
-    const Rigid3& pose = h.cam_from_world;
-    for (const double value : pose.rotation.reshaped()) numbers.push_back(value);
-    for (const double value : pose.translation) numbers.push_back(value);
-    for (const Match& m : h.matches) numbers.push_back(m.lamp + 0.1 * m.blob);
-    for (const double value : {h.chi2, 1.0 * h.missed, h.brightness_chi2}) numbers.push_back(value);
-    numbers.push_back(std::log(std::max(h.probability, 1e-12)));
+    append(poses, h.cam_from_world);
+    for (const double value : {h.chi2, h.brightness_chi2}) chi2.push_back(value);
+    chi2.push_back(std::log(std::max(h.probability, 1e-100)));
+    matches.push_back(h.missed);
+    for (const Match& m : h.matches) matches.push_back(m.lamp + 0.01 * m.blob);
     if (!h.symmetry) continue;
-    numbers.push_back(static_cast<double>(h.symmetry->kind));
-    numbers.push_back(h.symmetry->misfit_m);
-    for (const double value : h.symmetry->world_from_world.translation) numbers.push_back(value);
+    symmetries.push_back(static_cast<double>(h.symmetry->kind));
+    symmetries.push_back(h.symmetry->misfit_m);
+    append(symmetries, h.symmetry->world_from_world);
   }
-  return numbers;
+  results.summarise(label, poses);
+  if (hypotheses.empty()) return;
+  results.summarise("chi2", chi2);
+  results.summarise("matches", matches);
+  if (!symmetries.empty()) results.summarise("symmetries", symmetries);
 }
 
 inline std::string joined(const std::string& text) {
@@ -184,6 +194,7 @@ inline std::string joined(const std::string& text) {
   return word;
 }
 
+/// Results of identify().
 inline CaseResults results_of(const Result<Identification>& found) {
   CaseResults results;
   results.add("status", static_cast<double>(found.status));
@@ -191,9 +202,9 @@ inline CaseResults results_of(const Result<Identification>& found) {
   results.add("tried", found->tried);
   results.add("log_chance", std::log(std::max(found->chance, 1e-100)));
   results.add("untried", found->untried);
-  results.summarise("poses", numbers_of(found->hypotheses));
+  add_hypotheses(results, "poses", found->hypotheses);
   results.add("count", static_cast<double>(found->hypotheses.size()));
-  if (found->excluded_listed) results.summarise("excluded", numbers_of(found->excluded));
+  if (found->excluded_listed) add_hypotheses(results, "excluded", found->excluded);
   if (!found.message.empty()) results.add("message", joined(found.message));
   return results;
 }
