@@ -19,7 +19,7 @@ constexpr double step_s = 1.0 / 30;
 Scene sequence_scene(int i) {
   constexpr std::array<const char*, 4> names{"irregular_six", "ufsook_four", "kookmin_four_lamps",
                                              "square_four"};
-  const std::string name = names[static_cast<std::size_t>(i % 4)];
+  const std::string name = names[static_cast<std::size_t>(i / 4 % 4)];
   Scene scene = read_scene(std::string(LIBOCC_DATA) + "/scenes/" + name + ".yaml");
   if (i % 5 == 1) scene.map_sigma_m = Eigen::Vector3d(0.003, 0.003, 0.005);
   if (i % 5 == 2) {
@@ -51,10 +51,10 @@ TrackerOptions sequence_options(int i) {
   if (i % 8 == 7) options.confirmations = 1;
   if (i % 9 == 4) options.coast_sigma_m = 0.02;
   if (i % 9 == 8) options.integrity_risk = 1e-3;
-  if (i % 2) {
+  if (i % 8) {
     options.locate.prior.emplace();
     options.locate.prior->height_m = 0.4;
-    if (i % 4 == 1) options.locate.prior->heading_rad = heading_rad(moving_camera(0, false));
+    if (i % 7) options.locate.prior->heading_rad = heading_rad(moving_camera(0, false));
   }
   return options;
 }
@@ -70,6 +70,10 @@ CaseResults tracked(int i) {
       i % 3 == 1 ? moving_camera(0, false) * body_from_world(PlanarPose{1.7, 2, 0}).inverse()
                  : Rigid3{};
   Tracker tracker(scene, sequence_options(i), mount);
+  if (i % 4 == 3)
+    tracker.start(-step_s,
+                  mount.inverse() * perturb(moving_camera(0, false), 0.01 * Vector6::Ones()),
+                  4e-4 * Matrix6::Identity());
   SimulateOptions simulation;
   simulation.noise_area = NoiseArea::around_lamps;
   Rendered rendered;
