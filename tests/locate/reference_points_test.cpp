@@ -251,14 +251,31 @@ TEST(References, PosesOfTags) {
     CaseResults results;
     add_status(results, found);
     add_fix(results, found.value);
-    if (!tags.empty()) {
-      std::vector<double> numbers;
-      for (const Candidate& c : tag_poses(tags.front(), 0.16, scene.camera)) {
-        append(numbers, c.cam_from_world);
-        for (const double value : {c.rms_px, c.chi2, 1.0 * c.dof}) numbers.push_back(value);
-      }
-      results.summarise("one", numbers);
+    references.add(std::to_string(i), results);
+  }
+  EXPECT_EQ(references.differences(), "");
+}
+
+// The fits start from the poses of IPPE, if OpenCV is in the build.
+TEST(References, PosesOfOneTag) {
+  if (!in_build("ippe")) GTEST_SKIP() << "the build has no IPPE";
+  References references("locate/one_tag");
+  for (int i = 0; i < 60; ++i) {
+    Random random(608, static_cast<std::uint64_t>(i));
+    const Camera camera = Camera::pinhole(1280, 960, 800, 800, 639.5, 479.5);
+    const Tag tag = tags_on_a_wall(1, 1).tags.front();
+    const double away = std::array<double, 4>{0.5, 1.5, 5, 20}[static_cast<std::size_t>(i % 4)];
+    const Rigid3 pose =
+        towards_wall({random.uniform(-0.5, 0.5), -away, random.uniform(-0.3, 0.3)}, 0.02 * i);
+    const AprilTag seen = seen_tag(tag, camera, pose, i % 3 ? 0.2 : 1, random);
+    std::vector<double> numbers, fits;
+    for (const Candidate& c : tag_poses(seen, tag.size_m, camera)) {
+      append(numbers, c.cam_from_world);
+      for (const double value : {c.rms_px, c.chi2, 1.0 * c.dof}) fits.push_back(value);
     }
+    CaseResults results;
+    results.summarise("poses", numbers);
+    results.summarise("fits", fits);
     references.add(std::to_string(i), results);
   }
   EXPECT_EQ(references.differences(), "");
