@@ -31,7 +31,7 @@ TEST(References, SearchMethodsOfRandomMaps) {
       IdentifyMethod::automatic, IdentifyMethod::alignment,  IdentifyMethod::voting,
       IdentifyMethod::ransac,    IdentifyMethod::clustering, IdentifyMethod::hashing};
   References references("identify/methods");
-  for (int i = 0; i < 150; ++i) {
+  for (int i = 0; i < 120; ++i) {
     Random random(511, static_cast<std::uint64_t>(i));
     const maps::View view = maps::random_view(random, map_options(i));
     IdentifyOptions options;
@@ -47,6 +47,46 @@ TEST(References, SearchMethodsOfRandomMaps) {
     if (i % 9 == 5) options.prior = prior_of(view.cam_from_world, 8 + random.below(8), 1, random);
     if (options.method == IdentifyMethod::hashing && i % 2)
       options.index = LampIndex(view.scene.lamps);
+    references.add(std::to_string(i), results_of(identify(view.blobs, view.scene, options)));
+  }
+  EXPECT_EQ(references.differences(), "");
+}
+
+/// Lamps at one height or nearly so, some with ids or colours, looked up by the shapes of
+/// triangles.
+TEST(References, HashedMaps) {
+  References references("identify/hashed");
+  for (int i = 0; i < 120; ++i) {
+    Random random(514, static_cast<std::uint64_t>(i));
+    maps::Options map = map_options(i);
+    map.lamps = std::max(map.lamps, 9);
+    map.thickness_m = std::array<double, 4>{0, 0.002, 0.012, 0.03}[static_cast<std::size_t>(i % 4)];
+    map.max_tilt_rad = i % 5 == 2 ? 1.1 : 0.5;
+    maps::View view = maps::random_view(random, map);
+    if (i % 6 == 1)
+      for (std::size_t k = 0; k < view.scene.lamps.size(); k += 6)
+        view.scene.lamps[k].centre_m.z() -= 0.4;
+    if (i % 7 == 3) {
+      view.scene.lamps.push_back(view.scene.lamps.front());
+      view.scene.lamps.back().id = 1000;
+    }
+    for (std::size_t k = 0; k < view.scene.lamps.size(); ++k)
+      if (i % 3 == 2 && k % 2) view.scene.lamps[k].colour = {1, 0.2, 0.1};
+    for (std::size_t k = 0; k < view.blobs.size(); ++k) {
+      if (view.lamp[k] < 0) continue;
+      const Lamp& lamp = view.scene.lamps[static_cast<std::size_t>(view.lamp[k])];
+      if (i % 3 == 2)
+        view.blobs[k].colour =
+            BlobColour{lamp.colour / lamp.colour.sum(), Eigen::Vector3d::Constant(0.02), {}};
+      if (i % 8 == 5 && k == 0) view.blobs[k].lamp_id = lamp.id;
+    }
+    IdentifyOptions options;
+    options.method = IdentifyMethod::hashing;
+    options.model_sigma_px = i % 2 ? 0.1 : 0.5;
+    options.max_hypotheses = 20000;
+    options.prior = maps::gravity(view, i % 3 ? 0.01 : 0.04, random);
+    if (i % 9 == 4) options.prior->height_m = view.cam_from_world.origin_in_source().z();
+    if (i % 2) options.index = LampIndex(view.scene.lamps);
     references.add(std::to_string(i), results_of(identify(view.blobs, view.scene, options)));
   }
   EXPECT_EQ(references.differences(), "");

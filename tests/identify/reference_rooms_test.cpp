@@ -17,7 +17,8 @@ Look room_look(int i) {
   look.sigma_px = std::array<double, 4>{0.05, 0.3, 1, 2.5}[static_cast<std::size_t>(i % 4)];
   look.flux_sigma = i % 5 == 0 ? 0 : 0.05;
   look.gain = i % 3 ? 1 : 20;
-  look.sized = i % 2 == 0;
+  look.sized = i % 3 != 1;
+  look.unknown_flux = i % 7 == 2 ? 0.4 : 0;
   look.size_error = i % 7 == 6 ? 0.2 : 0.02;
   look.saturated = i % 3 == 1 ? 0.4 : 0;
   look.cut = i % 6 == 2 ? 0.3 : 0;
@@ -102,6 +103,7 @@ TEST(References, IdentifiedLampsOfSymmetricRooms) {
       const Rigid3 moved = pose * Rigid3{so3_exp({0, 0, i % 2 ? 0.0 : 0.5 * pi}), {0.5, 0.1, 0.1}};
       options.prior = prior_of(moved, 1 + random.below(31), 1, random);
     }
+    if (i % 11 == 7) options.prior = Prior{};
     references.add(std::to_string(i), results_of(identify(view.blobs, scene, options)));
   }
   EXPECT_EQ(references.differences(), "");
@@ -118,6 +120,7 @@ TEST(References, IdentifiedLampsAmongSpecks) {
     look.sized = i % 6 != 5;
     look.flux_sigma = i % 9 == 4 ? 0 : 0.05;
     look.saturated = i % 5 == 2 ? 0.3 : 0;
+    look.unknown_flux = i % 4 == 3 ? 0.4 : 0;
     look.dark = i % 4 == 1 ? 0.2 : 0;
     look.read_frequencies = i % 2;
     View view = look_at_lamps(scene, pose, look, random);
@@ -193,7 +196,9 @@ TEST(References, IdentifiedLampsAmongReflections) {
     const Rigid3 pose = random_room_pose(random);
     Look look;
     look.dark = i % 3 == 2 ? 0.3 : 0;
+    look.unknown_flux = i % 6 == 5 ? 1 : i % 6 == 3 ? 0.3 : 0;
     View view = look_at_lamps(scene, pose, look, random);
+    look.unknown_flux = 0;
     Scene mirrored = scene;
     for (Lamp& lamp : mirrored.lamps) {
       lamp.centre_m.x() = (i % 2 ? 4.4 : 1) - lamp.centre_m.x();

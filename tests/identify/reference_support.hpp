@@ -23,6 +23,7 @@ namespace occ::test {
 struct Look {
   double sigma_px = 0.1;
   double flux_sigma = 0.05;  ///< relative; 0: the flux is unknown
+  double unknown_flux = 0;   ///< share of the lamps
   double gain = 1;           ///< common factor of all fluxes
   bool sized = false;        ///< rims, ellipses and corners
   double size_error = 0.02;  ///< relative
@@ -105,6 +106,7 @@ inline void add_lamp(View& view, const Scene& scene, int index, const Look& look
   Blob blob = spot(*px + look.sigma_px * noise, look.sigma_px,
                    look.gain * electrons * std::exp(error * random.normal()));
   blob.flux_sigma_dn = look.flux_sigma * blob.flux_dn;
+  if (look.unknown_flux > 0 && random.uniform() < look.unknown_flux) blob.flux_sigma_dn = 0;
   blob.area_px = 20;
   if (look.sized) set_size(blob, lamp, scene, pose, look, random);
   set_state(blob, look, random);
