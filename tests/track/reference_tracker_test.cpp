@@ -22,7 +22,7 @@ Scene sequence_scene(int i) {
   const std::string name = names[static_cast<std::size_t>(i / 4 % 4)];
   Scene scene = read_scene(std::string(LIBOCC_DATA) + "/scenes/" + name + ".yaml");
   if (i % 5 == 1) scene.map_sigma_m = Eigen::Vector3d(0.003, 0.003, 0.005);
-  if (i % 5 == 2) {
+  if (i % 5 == 2 || i % 10 == 1) {
     const Eigen::Index n = scene.camera.parameter_covariance().rows();
     scene.camera = scene.camera.with_parameter_covariance(0.04 * Eigen::MatrixXd::Identity(n, n));
   }
@@ -69,7 +69,11 @@ CaseResults tracked(int i) {
   const Rigid3 mount =
       i % 3 == 1 ? moving_camera(0, false) * body_from_world(PlanarPose{1.7, 2, 0}).inverse()
                  : Rigid3{};
-  Tracker tracker(scene, sequence_options(i), mount);
+  Scene map = scene;
+  if (i % 7 == 6) map.lamps.back().centre_m.x() += 0.06;
+  Tracker tracker(map, sequence_options(i), mount);
+  const Rigid3 other_mount = Rigid3{so3_exp({0, 0, 0.5 * pi}), {0.05, 0, 0}} * mount;
+  const int other = i % 4 == 3 || i % 9 == 0 ? tracker.add_camera(map, other_mount) : 0;
   if (i % 4 == 3)
     tracker.start(-step_s,
                   mount.inverse() * perturb(moving_camera(0, false), 0.01 * Vector6::Ones()),
@@ -93,7 +97,13 @@ CaseResults tracked(int i) {
     if (k > 0 && i % 3 == 1 && i % 2)
       tracker.add(PlanarOdometry{
           stated_s - step_s, stated_s, {0.01, 0.003, 0.007}, 1e-6 * Eigen::Matrix3d::Identity()});
-    const TrackedFrame frame = tracker.add_image(rendered.image.view(), stated_s);
+    TrackedFrame frame = tracker.add_image(rendered.image.view(), stated_s);
+    if (other > 0 && k % 3 == 2 && stated_s == time_s) {
+      const double before_s = time_s - (k % 2 ? 0.01 : 0.04);  // arrives late
+      renderer.render(other_mount * mount.inverse() * moving_camera(before_s, elsewhere),
+                      simulation, rendered);
+      frame = tracker.add_image(rendered.image.view(), before_s, {other, {}});
+    }
     states.push_back(static_cast<double>(frame.state));
     for (const double value :
          {10.0 * frame.full_search, 100.0 * frame.relocated, frame.nis, 1.0 * frame.nis_dof,
