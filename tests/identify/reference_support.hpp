@@ -127,6 +127,11 @@ inline View look_at_lamps(const Scene& scene, const Rigid3& pose, const Look& lo
   for (int i = 0; i < static_cast<int>(scene.lamps.size()); ++i)
     add_lamp(view, scene, i, look, random);
   add_false_lights(view, scene, random, false_lights);
+  for (std::size_t i = 0; look.coloured && i < view.blobs.size(); ++i) {
+    if (view.lamp[i] >= 0 || random.uniform() < 0.3) continue;
+    const Eigen::Vector3d colour(1, random.uniform(0.1, 1), random.uniform(0.1, 1));
+    view.blobs[i].colour = BlobColour{colour / colour.sum(), Eigen::Vector3d::Constant(0.02), {}};
+  }
   shuffle(view, random);
   return view;
 }
