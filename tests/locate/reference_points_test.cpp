@@ -315,7 +315,9 @@ TEST(References, CovariancesOfCurvedFits) {
   References references("locate/curved");
   for (int i = 0; i < 300; ++i) {
     Random random(607, static_cast<std::uint64_t>(i));
-    SeenScene scene = random_scene(random, 3 + i % 4, i % 3 != 2, plain_camera(), 3, 30);
+    const bool is_near = i % 6 == 5;
+    SeenScene scene = random_scene(random, 3 + i % 4, i % 3 != 2, plain_camera(), is_near ? 1.2 : 3,
+                                   is_near ? 1.6 : 30);
     if (i % 5 == 4) {
       for (Eigen::Index k = 0; k < scene.points.cols(); ++k) scene.points.col(k).tail<2>() *= 0.05;
       see(scene);

@@ -81,6 +81,40 @@ TEST(References, FixesOfBlobs) {
   EXPECT_EQ(references.differences(), "");
 }
 
+/// One lamp or all lamps are not where the map states, in irregular and in regular rooms.
+TEST(References, FixesWithWrongMaps) {
+  References references("locate/wrong_maps");
+  for (int i = 0; i < 150; ++i) {
+    Random random(615, static_cast<std::uint64_t>(i));
+    Scene scene = i % 3 == 2 ? square_room() : irregular_room();
+    if (i % 6 == 1)
+      for (int k = 0; k < 6; ++k)
+        scene.lamps[static_cast<std::size_t>(k)].centre_m = {1.2 + 0.7 * (k % 3), 1.6 + k / 3, 3};
+    if (i % 4 == 3 && scene.lamps.size() > 4) scene.lamps.resize(5);
+    const Rigid3 pose =
+        look_at({2.1 + 0.1 * random.normal(), 1.9, 0.5}, {2.1, 2, 3}, {random.normal(), 1, 0});
+    Measurement m;
+    m.rim_points = i % 5 == 4 ? 0 : 24;
+    m.centroid_sigma_px = 0.02;
+    m.flux_sigma = 0.05;
+    std::vector<Blob> blobs = noisy(exact_blobs(scene, pose, m), scene, m, random);
+    for (std::size_t k = 0; k < blobs.size(); ++k)
+      if (const auto rim = project_rim(scene.lamps[k], pose, scene.camera, 64))
+        set_ellipse(blobs[k], *rim, 1);
+    const double shift_m = std::exp(random.uniform(-8, -1.5));
+    if (i % 2)
+      scene.lamps[static_cast<std::size_t>(i) % scene.lamps.size()].centre_m +=
+          shift_m * random_vector(random);
+    else
+      for (Lamp& lamp : scene.lamps) lamp.centre_m += shift_m * random_vector(random);
+    LocateOptions options;
+    options.identify.model_sigma_px = i % 4 ? 0.5 : 5;
+    if (i % 7 == 2) options.prior = prior_of(pose, 4, 1, random);
+    references.add(std::to_string(i), results_of(locate(blobs, scene, options)));
+  }
+  EXPECT_EQ(references.differences(), "");
+}
+
 /// Few lamps of all shapes, with codes and unknown fluxes.
 TEST(References, FixesOfVariedLamps) {
   References references("locate/varied");
