@@ -189,6 +189,37 @@ TEST(References, IdentifiedLampsOfCameras) {
   EXPECT_EQ(references.differences(), "");
 }
 
+/// One or a few rectangles: the pose follows from the corners of one.
+TEST(References, IdentifiedRectangles) {
+  References references("identify/rectangles");
+  for (int i = 0; i < 120; ++i) {
+    Random random(506, static_cast<std::uint64_t>(i));
+    Scene scene = random_room(random, 3 + i % 3, i % 2 ? 2.5 : 3);
+    for (Lamp& lamp : scene.lamps) {
+      lamp.shape = i % 7 == 4 && lamp.id == 1 ? LampShape::disc : LampShape::rectangle;
+      lamp.size_m = {random.uniform(0.3, 0.7), random.uniform(0.1, 0.3)};
+      if (i % 5 == 3) lamp.size_m = {0.5, 0.5};
+      const double turn = random.uniform(-pi, pi);
+      lamp.x_axis = {std::cos(turn), std::sin(turn), 0};
+    }
+    scene.validate();
+    const Rigid3 pose = random_room_pose(random, 0.4);
+    Look look;
+    look.sigma_px = std::array<double, 3>{0.05, 0.3, 1}[static_cast<std::size_t>(i % 3)];
+    look.sized = true;
+    look.saturated = i % 4 == 1 ? 0.5 : 0;
+    look.cut = i % 8 == 6 ? 0.3 : 0;
+    look.dark = std::array<double, 3>{0.7, 0.4, 0}[static_cast<std::size_t>(i / 3 % 3)];
+    look.read_ids = i % 9 == 5 ? 0.5 : 0;
+    const View view = look_at_lamps(scene, pose, look, random, i % 4 == 3 ? 2 : 0);
+    IdentifyOptions options;
+    options.model_sigma_px = i % 2 ? 0.5 : 0.1;
+    if (i % 5 < 2) options.prior = prior_of(pose, 1 + random.below(31), i % 3 ? 1 : 4, random);
+    references.add(std::to_string(i), results_of(identify(view.blobs, scene, options)));
+  }
+  EXPECT_EQ(references.differences(), "");
+}
+
 /// Mirror images of the lamps in a wall, and brighter lamps among fainter copies.
 TEST(References, IdentifiedLampsAmongReflections) {
   References references("identify/reflections");
