@@ -132,6 +132,42 @@ TEST(References, IdentifiedLampsOfGrids) {
   EXPECT_EQ(references.differences(), "");
 }
 
+/// Few lamps of a regular grid: more poses than are kept, with and without priors that select some.
+TEST(References, IdentifiedCellsOfGrids) {
+  References references("identify/cells");
+  for (int i = 0; i < 80; ++i) {
+    Random random(515, static_cast<std::uint64_t>(i));
+    maps::View view{maps::grid(3 + i % 5), {}, {}, {}};
+    const double focal_px = i % 3 ? 480 : 380;
+    view.scene.camera = Camera::pinhole(480, 480, focal_px, focal_px, 239.5, 239.5);
+    const Eigen::Vector3d eye(1.2 + 0.03 * random.normal(), 1.2 + 0.03 * random.normal(), 0.7);
+    const double turn = random.uniform(-pi, pi);
+    view.cam_from_world = look_at(eye, eye + Eigen::Vector3d(0.02, 0.01, 1),
+                                  Eigen::Vector3d(std::cos(turn), std::sin(turn), 0));
+    for (const Lamp& lamp : view.scene.lamps) {
+      const auto px = view.scene.camera.project(view.cam_from_world * lamp.centre_m);
+      if (!px || !view.scene.camera.contains(*px) || random.uniform() < 0.1) continue;
+      const Eigen::Vector2d noise(random.normal(), random.normal());
+      view.blobs.push_back(maps::spot(*px + 0.1 * noise, 0.1));
+    }
+    for (int k = 0; k < i % 3; ++k)
+      view.blobs.push_back(maps::spot({random.uniform(0, 479), random.uniform(0, 479)}, 0.3));
+    IdentifyOptions options;
+    options.model_sigma_px = 0.1;
+    options.max_hypotheses = 20000;
+    const Rigid3 elsewhere =
+        view.cam_from_world * Rigid3{so3_exp({0, 0, i % 8 == 5 ? 0.5 * pi : 0}), {0.8, 0, 0}};
+    if (i % 4 == 1)
+      options.prior = prior_of(
+          i % 8 == 1 ? view.cam_from_world : elsewhere,
+          std::array<int, 5>{16, 24, 17, 3, 20}[static_cast<std::size_t>(i / 4 % 5)], 0.5, random);
+    if (i % 4 == 2) options.prior = maps::gravity(view, 0.01, random);
+    if (i % 5 == 4) options.method = IdentifyMethod::alignment;
+    references.add(std::to_string(i), results_of(identify(view.blobs, view.scene, options)));
+  }
+  EXPECT_EQ(references.differences(), "");
+}
+
 /// Priors that are off by a few sigmas or of another place.
 TEST(References, IdentifiedLampsWithPriors) {
   References references("identify/priors");
