@@ -77,6 +77,7 @@ struct VariedCase {
         Lamp lamp = scene.lamps.front();
         lamp.id = 100 + k;
         lamp.centre_m.x() += k * 1.5e-4;
+        lamp.normal = so3_exp({0, 0.2 * (i / 5 % 8), 0}) * lamp.normal;
         scene.lamps.push_back(lamp);
       }
     if (i % 3 == 2) scene.lens.vignetting = {-0.2, 0.02, 0};
