@@ -131,6 +131,65 @@ TEST(IdentifySymmetryMotion, ReportsHowNearlyTheMapRepeats) {
   EXPECT_LT(s.misfit_m, 0.005);
 }
 
+/// The motion between five lamps and their moved copy elsewhere, of which one is in view. One lamp
+/// of the copy is off by `off_m`.
+struct MovedCopy {
+  bool is_found = false;
+  double spread_m = 0;
+  Symmetry symmetry;
+
+  MovedCopy(const Rigid3& moved, double off_m, double low_m = 0.3) {
+    std::vector<Vector3d> group{
+        {1, 1, 3}, {1.5, 1.1, 3}, {1.2, 1.6, 2.8}, {1.7, 1.8, 3}, {0.9, 1.9, 3}};
+    Vector3d mean = Vector3d::Zero();
+    for (const Vector3d& p : group) mean += p / 5;
+    for (const Vector3d& p : group) spread_m += (p - mean).squaredNorm() / 5;
+    spread_m = std::sqrt(spread_m);
+    std::vector<Vector3d> places = group;
+    for (const Vector3d& p : group) places.push_back(moved * (p - mean) + mean);
+    places.back() += off_m * Vector3d(0.6, 0.8, 0);
+    const Scene scene = room_of(places);
+    Random random(6);
+    const View view = test::see(scene, upright({1.3, 1.5, low_m}, 0.3), random, 0.01);
+    IdentifyOptions options;
+    options.model_sigma_px = 1.2;
+    const Result<Identification> found = identify(view.blobs, scene, options);
+    EXPECT_EQ(view.blobs.size(), 5u);
+    is_found = found->hypotheses.size() == 2;
+    if (is_found) symmetry = *found->hypotheses[1].symmetry;
+  }
+};
+
+TEST(IdentifySymmetryMotion, SmallTurnsAndShiftsAreNone) {
+  for (const double turn_rad : {0.008, 0.0095, 0.0105, 0.013}) {
+    const MovedCopy copy({so3_exp({0, 0, turn_rad}), {8, 0, 0}}, 0);
+    EXPECT_EQ(copy.symmetry.kind,
+              turn_rad < 0.01 ? SymmetryKind::translation : SymmetryKind::rotation);
+  }
+  const double spread_m = MovedCopy({so3_exp({0, 0, 0.3}), {8, 0, 0}}, 0).spread_m;
+  for (const double along : {0.015, 0.019, 0.021, 0.025}) {
+    const MovedCopy copy({so3_exp({0, 0, 0.3}), {8, 0, along * spread_m}}, 0);
+    EXPECT_EQ(copy.symmetry.kind, along < 0.02 ? SymmetryKind::rotation : SymmetryKind::screw);
+  }
+}
+
+TEST(IdentifySymmetryMotion, AMisfitOfAThousandthOfItsSizeIsNamed) {
+  int exact = 0, near = 0;
+  for (int i = 0; i < 40; ++i) {
+    const MovedCopy copy({Eigen::Matrix3d::Identity(), {8, 0, 0}}, 4e-4 * std::exp(0.14 * i), -3);
+    if (!copy.is_found) continue;
+    const double misfit = copy.symmetry.misfit_m / copy.spread_m;
+    const bool repeats = copy.symmetry.kind != SymmetryKind::none;
+    const bool is_named = copy.symmetry.text.find(", to within ") != std::string::npos;
+    EXPECT_EQ(repeats, misfit < 0.05) << misfit;
+    EXPECT_EQ(is_named, repeats && misfit > 1e-3) << misfit;
+    exact += misfit > 0.7e-3 && misfit < 1e-3;
+    near += misfit > 1e-3 && misfit < 1.4e-3;
+  }
+  EXPECT_GT(exact, 0);
+  EXPECT_GT(near, 0);
+}
+
 // Three coded lamps: up to four poses fit them.
 TEST(IdentifySymmetryMotion, OneAssignmentFromTwoPosesIsAFlip) {
   Scene scene = room_of({{1.6, 1.6, 3}, {2.4, 1.6, 3}, {2, 2.3, 3}});
