@@ -39,6 +39,25 @@ TEST(IdentifyBoundary, LampsOnALineToRoundingAreDegenerate) {
   }
 }
 
+TEST(IdentifyBoundary, AnIndexIsOfTheSameLampsOnly) {
+  Random random(3);
+  const maps::View view = maps::random_view(random, maps::Options{});
+  IdentifyOptions options;
+  options.index = LampIndex(view.scene.lamps);
+  EXPECT_EQ(test::complaint([&] { identify(view.blobs, view.scene, options); }), "");
+  for (Eigen::Index axis = 0; axis < 3; ++axis) {
+    Scene moved = view.scene;
+    moved.lamps[3].centre_m[axis] += 1e-9;
+    const std::string text = test::complaint([&] { identify(view.blobs, moved, options); });
+    EXPECT_NE(text.find("index"), std::string::npos) << axis;
+  }
+  Scene fewer = view.scene, more = view.scene;
+  fewer.lamps.pop_back();
+  more.lamps.push_back(test::disc_lamp(99, {1, 1, 3}));
+  for (const Scene& other : {fewer, more})
+    EXPECT_NE(test::complaint([&] { identify(view.blobs, other, options); }), "");
+}
+
 // At the deadline no method begins another group of blobs.
 TEST(IdentifyBoundary, ASearchWithoutTimeVerifiesNothing) {
   Random random(2);

@@ -41,13 +41,14 @@ Rigid3 moving_camera(double time_s, bool elsewhere) {
 TrackerOptions sequence_options(int i) {
   TrackerOptions options;
   if (i % 3 == 1) options.floor.emplace();
-  if (i % 4 == 1) options.locate.refine.rung = Rung::centres;
+  if (i % 4 == 1 || i % 5 == 0) options.locate.refine.rung = Rung::centres;
+  if (i % 5 == 3) options.locate.refine.rung = Rung::points;
   if (i % 4 == 2) options.mount_sigma_rad = 2e-3, options.mount_sigma_m = 2e-3;
   if (i % 4 == 3) options.clock_sigma_s = 2e-3;
   if (i % 5 == 4 || i % 6 == 1) options.alert_limit_m = 0.05;
   if (i % 7 == 3) options.windows = false;
   if (i % 7 == 5) options.gate_sigma = 3, options.model_sigma_px = 2;
-  if (i % 8 == 6) options.coast_s = 0.07;
+  if (i % 8 == 5 || i % 8 == 6) options.coast_s = 0.07;
   if (i % 8 == 7) options.confirmations = 1;
   if (i % 9 == 4) options.coast_sigma_m = 0.02;
   if (i % 9 == 8) options.integrity_risk = 1e-3;
