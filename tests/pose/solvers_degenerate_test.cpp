@@ -187,6 +187,22 @@ TEST(DegenerateSolvers, RejectLayoutsThatAMethodDoesNotAccept) {
   }
 }
 
+TEST(DegenerateSolvers, RejectFewerPointsThanAMethodNeeds) {
+  Random random(7);
+  for (const char* name : {"dlt", "gp3p", "gpnp", "homography", "ippe", "iterative",
+                           "posit_coplanar", "sqpnp", "triangle", "upnp", "upright_p2p"}) {
+    if (!in_build(name)) continue;
+    const Solver& solver = solver_named(name);
+    const int count = solver.min_points - 1;
+    const ProblemKind kind{solver.layout == Layout::coplanar, solver.takes_origins};
+    KnownProblem known = random_problem(random, solver.min_points, kind);
+    for (Eigen::Matrix3Xd* columns :
+         {&known.problem.points, &known.problem.bearings, &known.problem.origins})
+      if (columns->cols() > 0) *columns = columns->leftCols(count).eval();
+    EXPECT_TRUE(candidates_of(solver, known.problem).empty()) << name;
+  }
+}
+
 TEST(DegenerateSolvers, RejectBearingsOutsideAnyImagePlane) {
   PoseProblem around;  // four bearings, each 109 degrees from the others
   around.points = Eigen::Matrix3Xd(3, 6);
