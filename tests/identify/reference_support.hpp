@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Diverse rooms of lamps, the blobs that a detector would measure in them, and the results of
-// identify() as numbers.
+// identify() as numbers. Reference tests of locate and track use the rooms as well: a change of
+// them changes those files, too.
 #pragma once
 
 #include <algorithm>
