@@ -39,6 +39,22 @@ double error(const Rigid3& a, const Rigid3& b) {
   return (a.origin_in_source() - b.origin_in_source()).norm() + (a.rotation - b.rotation).norm();
 }
 
+// The second bearing touches the circle about the first point on which the second one is, or misses
+// it by `beyond`, relative to the squared lengths.
+TEST(PlanarPoses, ABearingBesideItsCircleHasNoPose) {
+  for (const double beyond : {-1e-3, 0.0, 1e-13, 1e-9, 1e-3}) {
+    Known known;
+    const double away = 2, turn = 0.5, sine2 = std::sin(turn) * std::sin(turn);
+    const double distance2 = away * away * (sine2 - beyond * (1 + sine2));
+    known.points << away, away + std::sqrt(distance2), 0, 0, 2, 0.1;
+    known.bearings << away, std::cos(turn), 0, std::sin(turn), 2, 0.05;
+    known.bearings.colwise().normalize();
+    known.camera.up_in_cam = Vector3d::UnitZ();
+    const auto found = planar_poses(known.bearings, known.points, known.camera);
+    EXPECT_EQ(found.size(), beyond > 1e-12 ? 0u : 2u) << beyond;
+  }
+}
+
 TEST(PlanarPoses, TwoPointsGiveTheTruthFirst) {
   Random random(1);
   for (int i = 0; i < 2000; ++i) {
