@@ -9,6 +9,7 @@
 #include "libocc/pose/candidates.hpp"
 #include "libocc/pose/internal/bearing_basis.hpp"
 #include "libocc/pose/internal/consensus.hpp"
+#include "libocc/pose/internal/consensus_cost.hpp"
 #include "libocc/pose/internal/evidence.hpp"
 #include "libocc/pose/internal/false_alarms.hpp"
 #include "libocc/pose/internal/plane_starts.hpp"
@@ -238,12 +239,13 @@ TEST(References, ConsensusOfPoints) {
   for (int i = 0; i < 160; ++i) {
     Random random(805, static_cast<std::uint64_t>(i));
     const int count = std::array<int, 5>{5, 9, 17, 40, 80}[static_cast<std::size_t>(i % 5)];
-    const Rigid3 pose{so3_exp({0.3, -0.2, 0.5}), {0.1, -0.2, i % 3 ? 4.0 : 12.0}};
+    const double away = std::array<double, 3>{12, 4, 1.5}[static_cast<std::size_t>(i % 3)];
+    const Rigid3 pose{so3_exp({0.3, -0.2, 0.5}), {0.1, -0.2, away}};
     constexpr double sigma_rad = 1e-3;
     Eigen::Matrix3Xd points(3, count), bearings(3, count);
     SeenPoints seen;
     for (int k = 0; k < count; ++k) {
-      points.col(k) = random_vector(random);
+      points.col(k) = (i % 3 == 2 ? 0.3 : 1) * random_vector(random);
       if (i % 4 == 2) points(2, k) = 0;
       const bool wrong = random.uniform() < 0.15 * (i % 5);
       const Eigen::Vector3d away(random.uniform(-1, 1), random.uniform(-1, 1), 1);
@@ -262,6 +264,11 @@ TEST(References, ConsensusOfPoints) {
     if (i % 4 == 1) options.up_in_cam = pose.rotation.col(2);
     const Consensus found = find_consensus(points, bearings, seen, options);
     CaseResults results;
+    const ConsensusCost cost(seen, bearings, 12);
+    for (const double off : {0.0, 3e-3, 0.03}) {
+      const Rigid3 moved{so3_exp(off * Eigen::Vector3d(1, 2, 3)) * pose.rotation, pose.translation};
+      results.add("cost", cost(moved, 1e6F));
+    }
     results.add("cost", found.cost);
     results.add("iterations", found.iterations);
     results.add("confident", found.confident);
