@@ -196,23 +196,44 @@ Spot spot_of(const MatrixXd& image) {
   return spot;
 }
 
+std::vector<Camera> cameras_of_all_lenses() {
+  const std::vector<double> brown{-0.2, 0.05, 0, 0.003, -0.002, 0.004, -0.003};
+  return {Camera::pinhole(96, 72, 120, 120, 47.5, 35.5, {-0.2, 0.05, 0.003, -0.002}),
+          Camera::fisheye(96, 72, 120, 120, 47.5, 35.5, {0.1, -0.02}),
+          Camera::fisheye(96, 72, 120, 120, 47.5, 35.5, {0.1, -0.02, 0.01, 0.005}),
+          Camera::double_sphere(96, 72, 100, 100, 47.5, 35.5, -0.2, 0.6),
+          Camera::brown_forward(96, 72, 120, 121, 47.5, 35.5, brown, 40, 0.1, 0.5),
+          Camera::brown_backward(96, 72, 120, 121, 47.5, 35.5, brown, 40, 0.1, 0.5)};
+}
+
 TEST(Ghosts, AreAtTheScaledPositionWithTheirFractionOfTheLight) {
-  for (const double scale : {-0.8, -1.3, 0.5})
-    for (const bool point : {false, true}) {
-      Scene scene = one_lamp({-0.2, 0.05, 0.003, -0.002});
-      scene.lamps[0].radius_m = 0.1;
-      if (point) scene.lamps[0].shape = LampShape::point;
-      const Rigid3 pose = upward(1.85, 1.9);
-      const double electrons = simulate(scene, pose, noiseless()).lamps[0].electrons;
-      const Vector2d middle(scene.camera.cx_px(), scene.camera.cy_px());
-      const Vector2d lamp = spot_of(mean_electrons(scene, pose, electrons)).centre;
-      scene.lens.ghosts = {{0.2, scale, 0.7}};
-      const Both both = with_and_without(scene, pose, Effect::ghosts, electrons);
-      const Spot ghost = spot_of(both.with - both.without);
-      EXPECT_NEAR(ghost.electrons, 0.2 * electrons, 0.01 * electrons);
-      EXPECT_LT((ghost.centre - middle - scale * (lamp - middle)).norm(), 0.03) << scale;
-      expect_bounded(scene, pose, Effect::ghosts, electrons);
-    }
+  for (const Camera& camera : cameras_of_all_lenses())
+    for (const double scale : {-0.8, -1.3, 0.5})
+      for (const bool point : {false, true}) {
+        Scene scene = one_lamp();
+        scene.camera = camera;
+        scene.lamps[0].radius_m = 0.1;
+        if (point) scene.lamps[0].shape = LampShape::point;
+        const Rigid3 pose = upward(1.85, 1.9);
+        const double electrons = simulate(scene, pose, noiseless()).lamps[0].electrons;
+        const Vector2d middle(scene.camera.cx_px(), scene.camera.cy_px());
+        const Vector2d lamp = spot_of(mean_electrons(scene, pose, electrons)).centre;
+        scene.lens.ghosts = {{0.2, scale, 0.7}};
+        const Both both = with_and_without(scene, pose, Effect::ghosts, electrons);
+        const Spot ghost = spot_of(both.with - both.without);
+        EXPECT_NEAR(ghost.electrons, 0.2 * electrons, 0.01 * electrons);
+        EXPECT_LT((ghost.centre - middle - scale * (lamp - middle)).norm(), 0.03)
+            << name_of(camera.kind()) << " " << scale;
+        expect_bounded(scene, pose, Effect::ghosts, electrons);
+      }
+}
+
+TEST(Ghosts, AreRejectedInPanoramas) {
+  Scene scene = one_lamp();
+  scene.camera = Camera::equirectangular(300, 100, 2 * pi / 300, 40, 149.5, 50);
+  scene.lens.ghosts = {{0.1, -1, 0}};
+  EXPECT_EQ(complaint([&] { simulate(scene, upward()); }),
+            "lens.ghosts must be empty for a panorama, which has no principal point, got 1");
 }
 
 Scene white_room(double reflectance) {

@@ -2,15 +2,18 @@
 // Ghosts: second images of the lamps by reflections inside the lens. A point at p is also seen at
 // c + s (p - c), about the principal point c. A camera with |s| times the focal length, rotated by
 // 180 degrees about its axis if s < 0, sees the ghost as its normal image (the even terms of the
-// distortion change sign then). The light of a ghost is the lamp's times the strength, spread over
-// s^2 of the area. The aperture stays that of the real focal length. Without the effect, a pixel
-// lacks at most strength / s^2 of a fully covered pixel, for each ghost and all lamps whose ghosts
-// overlap.
+// distortion change sign then). A panorama has no principal point, so it is rejected. The light of
+// a ghost is the lamp's times the strength, spread over s^2 of the area. The aperture stays that of
+// the real focal length. Without the effect, a pixel lacks at most strength / s^2 of a fully
+// covered pixel, for each ghost and all lamps whose ghosts overlap.
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <string>
 
 #include "libocc/core/math.hpp"
+#include "libocc/core/require.hpp"
 #include "libocc/formation/light.hpp"
 #include "libocc/radiometry/lambertian.hpp"
 #include "libocc/scene/internal/lamp_emission.hpp"
@@ -22,18 +25,32 @@ namespace occ::internal::simulate {
 namespace ghosts_effect {
 namespace {
 
-// OpenCV's order: k1 k2 p1 p2 k3 k4 k5 k6 s1 s2 s3 s4 tx ty.
-std::vector<double> rotated_by_180_degrees(std::vector<double> distortion) {
-  for (const std::size_t even : {2u, 3u, 8u, 9u, 10u, 11u, 12u, 13u})
-    if (even < distortion.size()) distortion[even] = -distortion[even];
-  return distortion;
+// True for coefficients of a displacement that is an even function of the position.
+bool is_even(const std::string& name) {
+  constexpr std::array<const char*, 10> even{"p1", "p2", "s1", "s2",    "s3",
+                                             "s4", "b1", "b2", "tau_x", "tau_y"};
+  return std::find(even.begin(), even.end(), name) != even.end();
 }
 
 Camera ghost_camera(const Camera& c, double scale) {
   const double s = std::abs(scale);
-  return Camera::pinhole(c.width(), c.height(), s * c.fx_px(), s * c.fy_px(), c.cx_px(), c.cy_px(),
-                         scale < 0 ? rotated_by_180_degrees(c.distortion()) : c.distortion(),
-                         s * c.skew_px());
+  const std::vector<CameraParameter> parameters = c.parameters();
+  Eigen::VectorXd values(static_cast<Eigen::Index>(parameters.size()));
+  for (Eigen::Index i = 0; i < values.size(); ++i) {
+    const CameraParameter& parameter = parameters[static_cast<std::size_t>(i)];
+    const bool is_scaled =
+        parameter.name == "fx_px" || parameter.name == "fy_px" || parameter.name == "skew_px";
+    const double sign = scale < 0 && is_even(parameter.name) ? -1 : 1;
+    values[i] = sign * (is_scaled ? s : 1) * parameter.value;
+  }
+  const bool forward = c.kind() == CameraKind::brown_forward;
+  if (!forward && c.kind() != CameraKind::brown_backward) return c.with_parameters(values);
+  // Brown's distortion is a function of coordinates in units of unit_px, which grows with s.
+  const std::vector<double> distortion(values.begin() + 5, values.end());
+  const double unit_px = s * c.constants()[0].value, r0 = c.constants()[1].value;
+  return (forward ? Camera::brown_forward : Camera::brown_backward)(
+      c.width(), c.height(), values[0], values[1], values[2], values[3], distortion, unit_px, r0,
+      values[4]);
 }
 
 // A scene and pose whose normal image is the ghost.
@@ -45,6 +62,9 @@ struct GhostView {
 
 GhostView ghost_view(const Scene& scene, const Rigid3& cam_from_world,
                      const SimulateOptions& options, const Ghost& ghost) {
+  const bool is_panorama = std::isfinite(scene.camera.period_px());
+  require(!is_panorama, "lens.ghosts", scene.lens.ghosts.size(),
+          "empty for a panorama, which has no principal point");
   GhostView view{scene, cam_from_world, options};
   view.scene.camera = ghost_camera(scene.camera, ghost.scale);
   view.scene.sensor.psf_sigma_px = std::hypot(scene.sensor.psf_sigma_px, ghost.blur_px);
