@@ -22,6 +22,32 @@ bool surrounds(const std::vector<Eigen::Vector2d>& rim, const Eigen::Vector2d& p
   return inside;
 }
 
+// True if the segment has a point in the image. Clips it at the borders one after the other (Liang
+// and Barsky, "A new concept and method for line clipping", ACM Trans. Graphics 3(1), 1984).
+bool meets_image(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const Camera& camera) {
+  const Eigen::Vector2d low(-0.5, -0.5), high(camera.width() - 0.5, camera.height() - 0.5);
+  double begin = 0, end = 1;  // part of the segment that is left
+  for (int axis = 0; axis < 2; ++axis) {
+    const double way = b[axis] - a[axis];
+    if (way == 0) {
+      if (a[axis] < low[axis] || a[axis] > high[axis]) return false;
+      continue;
+    }
+    const double to_low = (low[axis] - a[axis]) / way, to_high = (high[axis] - a[axis]) / way;
+    begin = std::max(begin, std::min(to_low, to_high));
+    end = std::min(end, std::max(to_low, to_high));
+  }
+  return begin <= end;
+}
+
+// True if a part of the polygon lies in the image. If no side meets the image, it is inside of the
+// polygon with all of its points or outside.
+bool is_in_view(const std::vector<Eigen::Vector2d>& rim, const Camera& camera) {
+  for (std::size_t i = 0; i < rim.size(); ++i)
+    if (meets_image(rim[i], rim[(i + 1) % rim.size()], camera)) return true;
+  return surrounds(rim, Eigen::Vector2d::Zero());
+}
+
 std::optional<std::vector<Eigen::Vector2d>> projected_rim(const Lamp& lamp, const Motion& motion,
                                                           const Camera& camera) {
   if (!motion.rolls()) return project_rim(lamp, motion.still_pose(), camera, box_rim_points);
@@ -50,8 +76,7 @@ LampTruth lamp_truth(const Lamp& lamp, const Frame& frame, const Motion& motion,
   const auto inside = std::count_if(rim->begin(), rim->end(),
                                     [&](const Eigen::Vector2d& px) { return camera.contains(px); });
   truth.whole = inside == static_cast<std::ptrdiff_t>(rim->size());
-  const Eigen::Vector2d middle(0.5 * (camera.width() - 1), 0.5 * (camera.height() - 1));
-  truth.in_view = inside > 0 || surrounds(*rim, middle);
+  truth.in_view = is_in_view(*rim, camera);
   if (truth.in_view) truth.rim_px = *rim;
   if (frame.plan.applies(Effect::occlusion))
     truth.hidden = 1 - visible_part(lamp, frame.scene.boxes, centre->pose.origin_in_source()).share;

@@ -102,6 +102,50 @@ TEST(LampTruth, OfALampAroundTheWholeImageIsInView) {
   EXPECT_FALSE(truth_at({0, -0.45, 1.9}).in_view);
 }
 
+// The rim is sampled at 64 points, 147 px apart, which is more than this image. The lamp covers a
+// part of the image on each side in turn, without its middle.
+TEST(LampTruth, OfARimThatCrossesTheImageBetweenItsSamplesIsInView) {
+  Scene scene = lamp_above(LampShape::disc);
+  scene.camera = Camera::pinhole(60, 60, 500, 500, 29.5, 29.5);
+  const double between_samples_m = 0.3 * std::sin(3.14159265 / 64);
+  for (const double side : {-1, 1})
+    for (const bool upright : {false, true}) {
+      const auto in_view = [&](double covered_px) {
+        // The rim passes at 30 px from the middle, less the covered part.
+        const double to_centre_m = side * (0.3 + (30 - covered_px) / 5000);
+        const Eigen::Vector3d eye = upright ? Eigen::Vector3d(between_samples_m, to_centre_m, 1.9)
+                                            : Eigen::Vector3d(to_centre_m, between_samples_m, 1.9);
+        const LampTruth truth = truth_at(eye, scene);
+        EXPECT_EQ(truth.rim_px.empty(), !truth.in_view);
+        EXPECT_FALSE(truth.whole);
+        return truth.in_view;
+      };
+      EXPECT_TRUE(in_view(15)) << side << upright;
+      EXPECT_FALSE(in_view(-5)) << side << upright;
+    }
+}
+
+TEST(LampTruth, APointIsInViewWithinTheBordersOfThePixels) {
+  const Scene scene = lamp_above(LampShape::point);
+  for (const double off_px : {-0.2, 0.2})  // to the outside
+    for (const double side : {-1, 1}) {
+      const double to_side_m = side * (320 + off_px) / 250, to_top_m = side * (240 + off_px) / 250;
+      EXPECT_EQ(truth_at({to_side_m, 0, 0}, scene).in_view, off_px < 0) << side;
+      EXPECT_EQ(truth_at({0, to_top_m, 0}, scene).in_view, off_px < 0) << side;
+    }
+}
+
+// A disc beyond a corner of the image, on its diagonal.
+TEST(LampTruth, ADiscBeyondACornerIsInViewIfItReachesTheCorner) {
+  for (const double gap_px : {-0.4, 0.4})
+    for (const double x : {-1, 1})
+      for (const double y : {-1, 1}) {
+        const double along_px = (75 + gap_px) * std::sqrt(0.5);
+        const Eigen::Vector3d eye(x * (320 + along_px) / 250, y * (240 + along_px) / 250, 0);
+        EXPECT_EQ(truth_at(eye).in_view, gap_px < 0) << x << y;
+      }
+}
+
 TEST(LampTruth, OfADarkSideHasACentreOnly) {
   Scene scene = lamp_above(LampShape::disc);
   scene.lamps[0].normal = {0, 0, 1};
