@@ -22,7 +22,6 @@ WindowReader::WindowReader(const ImageView& image, const Sensor& sensor)
   if (sensor.response == Response::linear) return;
   const int last = image.type == PixelType::u8 ? 255 : 65535;
   const int highest = std::min(last, static_cast<int>(sensor.full_scale_dn()));
-  table_.reserve(static_cast<std::size_t>(last) + 1);
   for (int level = 0; level <= highest; ++level) {
     table_.push_back(static_cast<float>(sensor.linear_dn(level) * inverse_gain_));
   }

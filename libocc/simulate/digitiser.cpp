@@ -14,6 +14,9 @@ struct Line {
   double gain, offset, top;
 };
 
+// The highest level ends above every signal.
+Line line_of(double gain, double black, int levels) { return {gain, black, levels - 0.5}; }
+
 // Works on whole batches, because single pixels at the end would take as long as the rest.
 template <typename Real>
 LIBOCC_INLINE void line_levels(Line line, const Real* electrons, int count,
@@ -82,14 +85,14 @@ int Digitiser::grey_level(double electrons) const {
   std::array<double, batch> all;
   all.fill(electrons);
   std::array<std::uint16_t, batch> levels;
-  line_levels<double>({gain_, black_, levels_ - 0.5}, all.data(), 1, levels.data());
+  line_levels<double>(line_of(gain_, black_, levels_), all.data(), 1, levels.data());
   return levels[0];
 }
 
 void Digitiser::grey_levels(Simd simd, double base_e, double full_well_e, const double* signal_e,
                             int count, std::uint16_t* levels) const {
   if (bounds_e_.empty())
-    return line_of_signal_for(simd)({gain_, black_, levels_ - 0.5}, base_e, full_well_e, signal_e,
+    return line_of_signal_for(simd)(line_of(gain_, black_, levels_), base_e, full_well_e, signal_e,
                                     count, levels);
   for (int i = 0; i < count; ++i)
     levels[i] = static_cast<std::uint16_t>(level_of(std::min(base_e + signal_e[i], full_well_e)));
@@ -98,7 +101,7 @@ void Digitiser::grey_levels(Simd simd, double base_e, double full_well_e, const 
 void Digitiser::grey_levels(Simd simd, const float* electrons, int count,
                             std::uint16_t* levels) const {
   if (bounds_e_.empty())
-    return line_of_float_for(simd)({gain_, black_, levels_ - 0.5}, electrons, count, levels);
+    return line_of_float_for(simd)(line_of(gain_, black_, levels_), electrons, count, levels);
   for (int i = 0; i < count; ++i)
     levels[i] = static_cast<std::uint16_t>(level_of(static_cast<double>(electrons[i])));
 }

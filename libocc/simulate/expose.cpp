@@ -115,8 +115,8 @@ void write_image(const Signal& signal, const Frame& frame, SensorRows& rows, Ren
   const PixelRectangle whole{0, 0, signal.width(), signal.height()};
   const auto size = static_cast<std::size_t>(whole.width) * static_cast<std::size_t>(whole.height);
   const std::array<int, 4> background = rows.background_dn();
-  const bool known = out.background_dn == background && image.width == whole.width &&
-                     image.height == whole.height && pixels_of<Pixel>(image).size() == size;
+  const bool known = out.background_dn == background && image.height == whole.height &&
+                     pixels_of<Pixel>(image).size() == size;
   out.background_dn.reset();  // not valid while the image is incomplete
   image.width = whole.width;
   image.height = whole.height;

@@ -147,6 +147,11 @@ TEST(Renderer, FillsAnyGivenImage) {
   const Image taken = std::move(out.image);
   renderer.render(room_pose(), noiseless(), out);
   EXPECT_EQ(out.image.u8, taken.u8);
+  // As many pixels, in rows of another length.
+  small.camera = Camera::pinhole(80, 100, 70, 70, 39.5, 49.5);
+  Renderer(small).render(room_pose(), noiseless(), out);
+  EXPECT_EQ(out.image.width, 80);
+  EXPECT_EQ(out.image.u8, simulate(small, room_pose(), noiseless()).image.u8);
 }
 
 TEST(Renderer, AFailedCallDoesNotChangeIt) {

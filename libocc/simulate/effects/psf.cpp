@@ -19,9 +19,8 @@ using namespace internal::formation;
 namespace psf_effect {
 namespace {
 
-bool called_for(const Scene& scene, const SimulateOptions&) {
-  return scene.sensor.psf_sigma_px > 0 || scene.lens.diffraction || scene.lens.focus_distance_m;
-}
+// Sensor::validate requires a positive psf_sigma_px.
+bool called_for(const Scene&, const SimulateOptions&) { return true; }
 
 Bound bound_of(const LampView& seen, const SceneView& view) {
   const double sigma = gaussian_blur_px(view.scene);
@@ -39,9 +38,7 @@ Bound bound(const SceneView& view) { return sum_of_overlapping(view, bound_of); 
 }  // namespace
 }  // namespace psf_effect
 
-const EffectModel psf_model{
-    Effect::psf, Stage::lamp_image, psf_effect::called_for,
-    "sensor.psf_sigma_px is 0, and the lens has no diffraction and no focus_distance_m",
-    psf_effect::bound};
+const EffectModel psf_model{Effect::psf, Stage::lamp_image, psf_effect::called_for,
+                            "never, since sensor.psf_sigma_px is positive", psf_effect::bound};
 
 }  // namespace occ::internal::simulate

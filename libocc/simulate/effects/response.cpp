@@ -40,7 +40,7 @@ Bound bound(const SceneView& view) {
           std::max(change, std::abs(curved.grey_level(electrons) - straight.grey_level(electrons)));
     }
   for (const LampView& seen : view.lamps) radius = std::max(radius, seen.radius_px);
-  return {change, radius * std::min(1.0, change / sensor.full_scale_dn())};
+  return {change, radius * change / sensor.full_scale_dn()};
 }
 
 void remove(Sensor& sensor) {
