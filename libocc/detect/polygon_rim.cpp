@@ -30,8 +30,10 @@ constexpr double edge_model_px = 0.001;
 // Scatter of the light over its level from which on each row and column has a level of its own, as
 // of single LEDs behind a diffuser.
 constexpr double max_texture = 0.04;
-// Level of the outline where the middle of the light has dark gaps along the sides.
+// Level of the outline of a rectangle whose textured light has dark gaps along the sides.
 constexpr double dim_level = 0.25;
+// Min area of such a rectangle, over that of the blob: it may be one of several lamps.
+constexpr double min_covered = 0.8;
 
 /// Points of each side.
 using SidePoints = std::vector<std::vector<RimPoint>>;
@@ -233,13 +235,15 @@ std::optional<PolygonRim> measure_polygon(const Patch& patch, const Component& c
                                           double blur_px) {
   const double mean = weighted_mean_signal(patch, component);
   std::optional<Polygon> polygon = find_polygon(patch, component, 0.5 * mean, blur_px);
-  if (!polygon) polygon = find_polygon(patch, component, dim_level * mean, blur_px);
-  if (!polygon) return std::nullopt;
+  const bool gaps = !polygon;
+  if (gaps) polygon = find_polygon(patch, component, dim_level * mean, blur_px);
+  if (!polygon || (gaps && polygon->sides.size() != 4)) return std::nullopt;
   bool textured = false;
   for (int pass = 0; pass < max_polygon_passes; ++pass) {
     const std::optional<Plateau> plateau = Plateau::fit(patch, *polygon, blur_px);
     if (!plateau || !(plateau->level() > 0)) return std::nullopt;
     textured = textured || texture_of(patch, *plateau) > max_texture;
+    if (gaps && !textured) return std::nullopt;
     const RimModel model{*plateau, noise_of(patch, *plateau), blur_px, textured};
     RimProfiles profiles(patch, model, polygon->centroid_px);
     SidePoints points(polygon->sides.size());
@@ -265,6 +269,7 @@ std::optional<PolygonRim> measure_polygon(const Patch& patch, const Component& c
                          std::abs(blur - blur_px) < polygon_settled_px;
     if (settled || pass + 1 == max_polygon_passes) {
       if (!settled || profiles.misfit() > max_misfit) return std::nullopt;
+      if (textured && polygon->area_px2 < min_covered * component.area_px) return std::nullopt;
       PolygonRim rim;
       rim.polygon = *polygon;
       add_plateau_noise(model, profiles, points, rim);
