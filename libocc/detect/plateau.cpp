@@ -273,6 +273,17 @@ class PolygonRegion {
   double blur_px_, depth_px_;
 };
 
+/// Variance of a pixel by the differences of neighbours in a row.
+double noise_between_neighbours(const Patch& patch, const PolygonRegion& region) {
+  double sum = 0;
+  int count = 0;
+  region.for_each_row(patch, [&](int y, int x0, int x1) {
+    const float* row = patch.at(x0, y);
+    for (int i = 1; i <= x1 - x0; ++i, ++count) sum += square(row[i] - row[i - 1]);
+  });
+  return count > 0 ? sum / (2 * count) : 0;
+}
+
 /// Adds a prior of the product term along and across a polygon, as seen from its own axes. Across a
 /// tube, it is unknown otherwise, and turns the sides.
 void add_twist_prior(const Eigen::Vector2d& along, double information, TermsSquared& normal) {
@@ -378,8 +389,11 @@ std::optional<Plateau> Plateau::fit_surface(const Patch& patch, const Region& re
   }
   plateau.variance_ =
       std::max(0.0, sums.squares - solution.dot(right)) / std::max(1, sums.pixels - used);
-  if constexpr (std::is_same_v<Region, PolygonRegion>)
+  if constexpr (std::is_same_v<Region, PolygonRegion>) {
+    const double texture = plateau.variance_ - noise_between_neighbours(patch, region);
+    plateau.texture_ = std::sqrt(std::max(0.0, texture)) / plateau.level_;
     plateau.terms_covariance_ = solver.solve(TermsSquared::Identity(used, used));
+  }
   const RimTerms rim(patch, region, level_depth * blur_px, plateau.scale_, used);
   if (rim.empty()) return plateau;
   plateau.rim_level_variance_ = rim.mean().dot(solver.solve(rim.mean()));

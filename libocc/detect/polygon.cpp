@@ -237,17 +237,20 @@ AdjacentSides::AdjacentSides(const Polygon& polygon, const RimLine& line, std::s
     if (i == side || faces(polygon, i, side)) continue;
     const Eigen::Vector2d normal = polygon.normal(i);
     const Distance d{normal.dot(polygon.corners_px[i] - px) / blur_px,
-                     -normal[line.column ? 1 : 0] / blur_px};
+                     -normal[line.column ? 1 : 0] / blur_px, normal.dot(polygon.normal(side))};
     if (d.at_edge - half_window * std::abs(d.by_along) < clear_sigmas) distances_.push_back(d);
   }
 }
 
-double AdjacentSides::operator()(double along) const {
+EdgeShare AdjacentSides::operator()(double along) const {
   const NormalTable& table = NormalTable::get();
-  double share = 1;
-  for (const Distance& d : distances_)
-    share *= table(d.at_edge + d.by_along * (along - edge_)).below;
-  return share;
+  EdgeShare out;
+  for (const Distance& d : distances_) {
+    const NormalTable::Value at = table(d.at_edge + d.by_along * (along - edge_));
+    out.mixed = out.mixed * at.below + out.share * d.cosine * at.density;
+    out.share *= at.below;
+  }
+  return out;
 }
 
 std::vector<RimLine> Polygon::lines(std::size_t side, double margin_px) const {

@@ -32,7 +32,8 @@ constexpr double edge_model_px = 0.001;
 constexpr double max_texture = 0.04;
 // Level of the outline of a rectangle whose textured light has dark gaps along the sides.
 constexpr double dim_level = 0.25;
-// Min area of such a rectangle, over that of the blob: it may be one of several lamps.
+// Min area of such a rectangle with its blur, over that of the blob: it may be one of several
+// lamps.
 constexpr double min_covered = 0.8;
 
 /// Points of each side.
@@ -224,6 +225,14 @@ bool refit(const SidePoints& points, Polygon& polygon) {
   return polygon.update();
 }
 
+/// Area of the polygon and its blur, two sigmas wide.
+double blurred_area_px2(const Polygon& polygon, double blur_px) {
+  double perimeter_px = 0;
+  for (std::size_t i = 0; i < polygon.sides.size(); ++i)
+    perimeter_px += (polygon.corner_after(i) - polygon.corners_px[i]).norm();
+  return polygon.area_px2 + 2 * blur_px * perimeter_px;
+}
+
 bool is_settled(const Polygon& before, const Polygon& after, double limit_px) {
   return (after.centroid_px - before.centroid_px).norm() < limit_px &&
          std::abs(std::sqrt(after.area_px2) - std::sqrt(before.area_px2)) < limit_px;
@@ -242,7 +251,7 @@ std::optional<PolygonRim> measure_polygon(const Patch& patch, const Component& c
   for (int pass = 0; pass < max_polygon_passes; ++pass) {
     const std::optional<Plateau> plateau = Plateau::fit(patch, *polygon, blur_px);
     if (!plateau || !(plateau->level() > 0)) return std::nullopt;
-    textured = textured || texture_of(patch, *plateau) > max_texture;
+    textured = textured || plateau->texture() > max_texture;
     if (gaps && !textured) return std::nullopt;
     const RimModel model{*plateau, noise_of(patch, *plateau), blur_px, textured};
     RimProfiles profiles(patch, model, polygon->centroid_px);
@@ -269,12 +278,13 @@ std::optional<PolygonRim> measure_polygon(const Patch& patch, const Component& c
                          std::abs(blur - blur_px) < polygon_settled_px;
     if (settled || pass + 1 == max_polygon_passes) {
       if (!settled || profiles.misfit() > max_misfit) return std::nullopt;
-      if (textured && polygon->area_px2 < min_covered * component.area_px) return std::nullopt;
+      if (textured && blurred_area_px2(*polygon, blur_px) < min_covered * component.area_px)
+        return std::nullopt;
       PolygonRim rim;
       rim.polygon = *polygon;
       add_plateau_noise(model, profiles, points, rim);
       add_uneven_light(model, profiles, rim.common_covariance_px2, rim.centre_covariance_px2);
-      if (textured) add_texture(texture_of(patch, *plateau) * blur_px, rim);
+      if (textured) add_texture(plateau->texture() * blur_px, rim);
       std::vector<double> softness;
       for (std::size_t i = 0; i < points.size(); ++i)
         softness.push_back(softness_px(patch, *polygon, i, model.plateau.level(), blur_px));

@@ -68,6 +68,13 @@ struct RimLine {
   std::ptrdiff_t step(const Patch& patch) const { return column ? patch.width() : 1; }
 };
 
+/// Light at a place near an edge that other edges leave: `share` of that by the edge alone, plus
+/// `mixed` times the density of the edge's blur. The latter is the first term of the series of the
+/// bivariate normal distribution; it is zero for edges at right angles.
+struct EdgeShare {
+  double share = 1, mixed = 0;
+};
+
 /// Calls f(line) for every column and row that crosses the ellipse at 45 degrees or more.
 template <typename F>
 void for_each_rim_line(const FittedConic& conic, F&& f) {

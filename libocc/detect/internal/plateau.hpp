@@ -64,6 +64,10 @@ class Plateau {
   double level() const { return level_; }        ///< mean signal over the pixels
   double variance() const { return variance_; }  ///< variance of a pixel about the surface
 
+  /// Scatter of the pixels about the surface, beyond the noise that neighbouring pixels show, over
+  /// the level; polygons only.
+  double texture() const { return texture_; }
+
   /// Covariance of the slope at the rim [DN per pixel], for unit variance of the pixels.
   const Eigen::Matrix2d& gradient_covariance() const { return gradient_covariance_; }
 
@@ -99,6 +103,7 @@ class Plateau {
   std::array<double, (max_degree + 1) * (max_degree + 1)> c_{};
   double level_ = 0;
   double variance_ = 0;
+  double texture_ = 0;
   Eigen::Matrix2d gradient_covariance_ = Eigen::Matrix2d::Zero();
   double rim_level_variance_ = 0;
   Eigen::MatrixXd terms_covariance_;  // of the coefficients, polygons only

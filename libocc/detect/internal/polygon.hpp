@@ -67,17 +67,18 @@ struct Polygon {
   bool update();
 };
 
-/// Share of the light that the sides at an angle leave on a line across a side, under their blur.
+/// Light that the sides at an angle leave on a line across a side, under their blur.
 class AdjacentSides {
  public:
   AdjacentSides(const Polygon& polygon, const RimLine& line, std::size_t side, double blur_px);
 
-  /// At a coordinate along the line. Exact for sides at right angles.
-  double operator()(double along) const;
+  /// At a coordinate along the line.
+  EdgeShare operator()(double along) const;
 
  private:
   struct Distance {
     double at_edge, by_along;  // [sigmas of the blur], [1 / px]
+    double cosine;             // between the outward normals of both sides
   };
   std::vector<Distance> distances_;  // of the sides that matter
   double edge_;

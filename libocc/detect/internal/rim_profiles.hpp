@@ -27,12 +27,6 @@ struct RimModel {
   bool own_level = false;  ///< estimate the level of each profile: the plateau is textured
 };
 
-/// Scatter of the plateau's pixels beyond noise, over its level.
-inline double texture_of(const Patch& patch, const Plateau& plateau) {
-  const double variance = plateau.variance() - patch.noise().variance(plateau.level());
-  return std::sqrt(std::max(0.0, variance)) / plateau.level();
-}
-
 /// Fits one rim point on each line, and sums the residuals of all profiles.
 class RimProfiles {
  public:
@@ -47,10 +41,10 @@ class RimProfiles {
         dim_(std::max(5 * std::sqrt(model.noise.floor), 0.05 * model.plateau.level())) {}
 
   void add(const RimLine& line) {
-    add(line, [](double) { return 1.0; });
+    add(line, [](double) { return EdgeShare(); });
   }
 
-  /// `share(along)`: share of the light that other edges nearby leave at a place on the line.
+  /// `share(along)`: the EdgeShare that other edges nearby leave at a place on the line.
   template <typename Share>
   void add(const RimLine& line, const Share& share) {
     // Along the line the edge is wider by 1 / cosine, and displaced by the rim's curvature.
@@ -72,8 +66,8 @@ class RimProfiles {
     const Eigen::Vector2d normal = line.normal();
     const Eigen::Vector2d rim = line.point(line.edge);
     // Blur also transports light along the plateau's slope.
-    const double carried =
-        share(line.edge) * model_.blur_px * model_.plateau.gradient(rim.x(), rim.y()).dot(normal);
+    const double carried = share(line.edge).share * model_.blur_px *
+                           model_.plateau.gradient(rim.x(), rim.y()).dot(normal);
     Sums sums;
     for (int along = low; along <= high; ++along, pixel += step) {
       const double z = line.outward * (along - edge) / blur;
@@ -85,9 +79,11 @@ class RimProfiles {
       double cover = 1 - at_z.below;
       if (both_edges) cover -= 1 - table_(z + chord / blur).below;
       const Eigen::Vector2d at = line.point(along);
-      const double level = share(along) * model_.plateau(at.x(), at.y()) - outside;
-      sums.add(*pixel - outside, level, level * cover - carried * at_z.density, z, at_z.density,
-               model_.noise);
+      const EdgeShare beside = share(along);
+      const double plateau = model_.plateau(at.x(), at.y());
+      const double level = beside.share * plateau - outside;
+      const double model = level * cover + (beside.mixed * plateau - carried) * at_z.density;
+      sums.add(*pixel - outside, level, model, z, at_z.density, model_.noise);
       sums.by_level += at_z.density * cover;
     }
     if (model_.own_level) sums.remove_level();
