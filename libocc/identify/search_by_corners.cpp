@@ -13,21 +13,13 @@
 #include "libocc/identify/internal/prior_gate.hpp"
 #include "libocc/pose/internal/point_fit.hpp"
 #include "libocc/pose/solvers/p3p.hpp"
+#include "libocc/scene/internal/rectangle_corners.hpp"
 
 namespace occ::internal::identify {
 namespace {
 
 constexpr std::size_t corners = 4;
 using Points = Eigen::Matrix<double, 3, 4>;
-
-/// Corners relative to the lamp's centre, in the order of Blob::corners_px: clockwise in the image.
-Points corners_of(const Lamp& lamp) {
-  const Eigen::Vector3d a = 0.5 * lamp.size_m.x() * lamp.x_axis;
-  const Eigen::Vector3d b = 0.5 * lamp.size_m.y() * lamp.normal.cross(lamp.x_axis);
-  Points points;
-  points << a + b, a - b, -a - b, -a + b;
-  return points;
-}
 
 /// Observed directions of the corners with the square root of their information.
 struct SeenCorners {
@@ -123,7 +115,7 @@ std::vector<PoseHypothesis> corner_hypotheses(const AssignmentProblem& problem) 
     for (const int t : observation.lamps) {
       const Lamp& lamp = problem.scene->lamps[static_cast<std::size_t>(t)];
       if (lamp.shape != LampShape::rectangle) continue;
-      const Points points = corners_of(lamp);
+      const Points points = scene::rectangle_corners(lamp);
       for (Eigen::Index turn = 0; turn < points.cols(); ++turn) {
         Points turned;
         for (Eigen::Index i = 0; i < points.cols(); ++i)

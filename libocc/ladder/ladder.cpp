@@ -3,17 +3,17 @@
 
 #include <time.h>
 
-#include <Eigen/Geometry>
 #include <cmath>
-#include <limits>
 #include <tuple>
 
+#include "libocc/core/math.hpp"
 #include "libocc/core/require.hpp"
 #include "libocc/detect/detect.hpp"
 #include "libocc/formation/rim.hpp"
 #include "libocc/geometry/so3.hpp"
 #include "libocc/refine/bound.hpp"
 #include "libocc/refine/internal/expected_error.hpp"
+#include "libocc/scene/internal/rectangle_corners.hpp"
 
 namespace occ {
 
@@ -86,24 +86,20 @@ void fill_points(LadderProblem& p) {
 /// The lamp's corners in the order of the corners of its image, which the true pose gives.
 Eigen::Matrix<double, 3, 4> corners_of(const Lamp& lamp, const Blob& blob, const Rigid3& truth,
                                        const Camera& camera) {
-  const Eigen::Vector3d along = 0.5 * lamp.size_m.x() * lamp.x_axis;
-  const Eigen::Vector3d across = 0.5 * lamp.size_m.y() * lamp.normal.cross(lamp.x_axis);
-  Eigen::Matrix<double, 3, 4> corners;
-  corners << lamp.centre_m + along + across, lamp.centre_m - along + across,
-      lamp.centre_m - along - across, lamp.centre_m + along - across;
+  const Eigen::Matrix<double, 3, 4> corners =
+      internal::scene::rectangle_corners(lamp).colwise() + lamp.centre_m;
   Eigen::Matrix<double, 3, 4> best = corners, tried;
-  double min_sum = std::numeric_limits<double>::infinity();
-  for (const int step : {1, 3})
-    for (int first = 0; first < 4; ++first) {
-      double sum = 0;
-      for (int i = 0; i < 4; ++i) {
-        tried.col(i) = corners.col((first + step * i) % 4);
-        const auto px = camera.project(truth * tried.col(i));
-        sum += px ? camera.difference_px(*px, blob.corners_px[static_cast<std::size_t>(i)]).norm()
-                  : std::numeric_limits<double>::infinity();
-      }
-      if (sum < min_sum) std::tie(min_sum, best) = std::make_tuple(sum, tried);
+  double min_sum = infinity;
+  for (int first = 0; first < 4; ++first) {
+    double sum = 0;
+    for (int i = 0; i < 4; ++i) {
+      tried.col(i) = corners.col((first + i) % 4);
+      const auto px = camera.project(truth * tried.col(i));
+      sum += px ? camera.difference_px(*px, blob.corners_px[static_cast<std::size_t>(i)]).norm()
+                : infinity;
     }
+    if (sum < min_sum) std::tie(min_sum, best) = std::make_tuple(sum, tried);
+  }
   return best;
 }
 

@@ -19,23 +19,47 @@ using namespace internal::ladder;
 using namespace internal::pose;
 namespace {
 
+/// Bearings of pixels with the points as they are, not normalised.
+PoseProblem bearings_of(const Camera& camera, const Eigen::Matrix3Xd& points_in_world,
+                        const Eigen::Matrix2Xd& points_px) {
+  PoseProblem problem;
+  problem.points = points_in_world;
+  problem.bearings.resize(3, points_px.cols());
+  for (Eigen::Index i = 0; i < points_px.cols(); ++i)
+    problem.bearings.col(i) = camera.unproject(points_px.col(i)).value_or(Eigen::Vector3d::UnitZ());
+  return problem;
+}
+
+/// The candidate with the smallest reprojection error; no_pose if every candidate has a point that
+/// does not project.
+Result<Rigid3> nearest_to(const Camera& camera, const Eigen::Matrix3Xd& points_in_world,
+                          const Eigen::Matrix2Xd& points_px,
+                          const std::vector<Rigid3>& candidates) {
+  Result<Rigid3> best;
+  best.status = Status::no_pose;
+  double min_sum = std::numeric_limits<double>::infinity();
+  for (const Rigid3& pose : candidates) {
+    double sum = 0;
+    for (Eigen::Index i = 0; i < points_px.cols(); ++i) {
+      const auto px = camera.project(pose * points_in_world.col(i));
+      sum += px ? camera.difference_px(*px, points_px.col(i)).squaredNorm()
+                : std::numeric_limits<double>::infinity();
+    }
+    if (!(sum < min_sum)) continue;
+    min_sum = sum;
+    best = {pose, Status::ok, ""};
+  }
+  return best;
+}
+
+Result<Rigid3> nearest_candidate(const LadderProblem& p, const std::vector<Rigid3>& candidates) {
+  return nearest_to(p.scene.camera, p.points_in_world, p.points_px, candidates);
+}
+
 /// Solves three of the points; all points select among the candidates.
 template <const Solver& solver>
 Result<Rigid3> by_three(const LadderProblem& p) {
-  const Triple triple = spread_triple(p.points_in_world);
-  PoseProblem three;
-  three.points.resize(3, 3);
-  three.bearings.resize(3, 3);
-  for (int k = 0; k < 3; ++k) {
-    const int i = triple[k];
-    three.points.col(k) = p.points_in_world.col(i);
-    const auto bearing = p.scene.camera.unproject(p.points_px.col(i));
-    if (!bearing) return {{}, Status::no_pose, ""};
-    three.bearings.col(k) = *bearing;
-  }
-  std::vector<Rigid3> candidates;
-  solver.solve(three, candidates);
-  return nearest_candidate(p, candidates);
+  return nearest_candidate(p, candidates_of_three(p, solver, spread_triple(p.points_in_world)));
 }
 
 /// Candidates of the bare solver, which expects a normalised frame.
@@ -48,7 +72,8 @@ std::vector<Rigid3> solved_in_unit_frame(PoseProblem problem, const char* name) 
 }
 
 Result<Rigid3> by_solver(const LadderProblem& p, const char* name) {
-  return nearest_candidate(p, solved_in_unit_frame(bearings_of(p), name));
+  return nearest_candidate(
+      p, solved_in_unit_frame(bearings_of(p.scene.camera, p.points_in_world, p.points_px), name));
 }
 
 Result<Rigid3> by_p3p_triples(const LadderProblem& p) { return by_solver(p, "p3p_triples"); }
@@ -64,7 +89,8 @@ Result<Rigid3> by_dlt(const LadderProblem& p) { return by_solver(p, "dlt"); }
 Result<Rigid3> guarded(const LadderProblem& p) {
   CandidateOptions options;
   options.tolerance_rad = 0.05;  // wide: bearings are noisy, and all correspondences are right
-  const auto found = pose_candidates(bearings_of(p), "auto", options);
+  const auto found =
+      pose_candidates(bearings_of(p.scene.camera, p.points_in_world, p.points_px), "auto", options);
   if (!found.ok()) return {{}, found.status, found.message};
   return {found->front().cam_from_world, Status::ok, ""};
 }
@@ -176,47 +202,21 @@ std::vector<LadderStep> own_steps() {
 
 }  // namespace
 
-namespace {
-
-PoseProblem bearings_of(const Camera& camera, const Eigen::Matrix3Xd& points_in_world,
-                        const Eigen::Matrix2Xd& points_px) {
-  PoseProblem problem;
-  problem.points = points_in_world;
-  problem.bearings.resize(3, points_px.cols());
-  for (Eigen::Index i = 0; i < points_px.cols(); ++i)
-    problem.bearings.col(i) = camera.unproject(points_px.col(i)).value_or(Eigen::Vector3d::UnitZ());
-  return problem;
-}
-
-Result<Rigid3> nearest_to(const Camera& camera, const Eigen::Matrix3Xd& points_in_world,
-                          const Eigen::Matrix2Xd& points_px,
-                          const std::vector<Rigid3>& candidates) {
-  Result<Rigid3> best;
-  best.status = Status::no_pose;
-  double min_sum = std::numeric_limits<double>::infinity();
-  for (const Rigid3& pose : candidates) {
-    double sum = 0;
-    for (Eigen::Index i = 0; i < points_px.cols(); ++i) {
-      const auto px = camera.project(pose * points_in_world.col(i));
-      sum += px ? camera.difference_px(*px, points_px.col(i)).squaredNorm()
-                : std::numeric_limits<double>::infinity();
-    }
-    if (!(sum < min_sum)) continue;
-    min_sum = sum;
-    best = {pose, Status::ok, ""};
+std::vector<Rigid3> internal::ladder::candidates_of_three(const LadderProblem& p,
+                                                          const Solver& solver,
+                                                          const Triple& triple) {
+  PoseProblem three;
+  three.points.resize(3, 3);
+  three.bearings.resize(3, 3);
+  for (int k = 0; k < 3; ++k) {
+    const auto bearing = p.scene.camera.unproject(p.points_px.col(triple[k]));
+    if (!bearing) return {};
+    three.points.col(k) = p.points_in_world.col(triple[k]);
+    three.bearings.col(k) = *bearing;
   }
-  return best;
-}
-
-}  // namespace
-
-PoseProblem internal::ladder::bearings_of(const LadderProblem& p) {
-  return occ::bearings_of(p.scene.camera, p.points_in_world, p.points_px);
-}
-
-Result<Rigid3> internal::ladder::nearest_candidate(const LadderProblem& p,
-                                                   const std::vector<Rigid3>& candidates) {
-  return nearest_to(p.scene.camera, p.points_in_world, p.points_px, candidates);
+  std::vector<Rigid3> candidates;
+  solver.solve(three, candidates);
+  return candidates;
 }
 
 bool internal::ladder::has_rectangle(const LadderProblem& p) { return p.corners_px.cols() > 0; }
@@ -224,7 +224,7 @@ bool internal::ladder::has_start(const LadderProblem& p) { return three(p) || ha
 
 Result<Rigid3> internal::ladder::start_of(const LadderProblem& p) {
   if (three(p)) return by_p3p_triples(p);
-  const PoseProblem problem = occ::bearings_of(p.scene.camera, p.corners_in_world, p.corners_px);
+  const PoseProblem problem = bearings_of(p.scene.camera, p.corners_in_world, p.corners_px);
   return nearest_to(p.scene.camera, p.corners_in_world, p.corners_px,
                     solved_in_unit_frame(problem, "p3p_triples"));
 }

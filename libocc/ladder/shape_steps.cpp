@@ -30,7 +30,7 @@ Result<Rigid3> registered(const Eigen::Matrix3Xd& in_world, const Eigen::Matrix3
   return {{transform.topLeftCorner<3, 3>(), transform.topRightCorner<3, 1>()}, Status::ok, ""};
 }
 
-/// V-P4L (Bai, Yang, Feng, Guo, "Novel visible light communication assisted perspective-four-line
+/// V-P4L (Bai et al., "Novel visible light communication assisted perspective-four-line
 /// algorithm for indoor localization", arXiv:2009.12320): each side of a rectangle and the camera's
 /// centre span a plane; the normals of two opposite planes give the direction of these sides, and
 /// both directions give the rectangle's normal. Its size gives the distance. Assumptions: the
@@ -75,7 +75,7 @@ struct SeenDisc {
 
 /// Both discs of a radius whose rim is seen along these rays: the cone through the rim has two
 /// circular sections (Chen, Wu, Wada, "Camera calibration with two arbitrary coplanar circles",
-/// ECCV 2004, equations 9 and 11).
+/// ECCV 2004).
 std::vector<SeenDisc> discs_of(const Eigen::Matrix3Xd& rays, double radius_m) {
   Eigen::Matrix<double, 6, 6> sum = Eigen::Matrix<double, 6, 6>::Zero();
   for (const auto& r : rays.colwise()) {
@@ -163,20 +163,9 @@ Result<Rigid3> by_paa(const LadderProblem& p) {
 /// roots are found by p3p instead of Wu-Ritt's decomposition.
 Result<Rigid3> by_r_p3p(const LadderProblem& p) {
   const Triple triple = spread_triple(p.points_in_world);
-  PoseProblem three;
-  three.points.resize(3, 3);
-  three.bearings.resize(3, 3);
-  for (int k = 0; k < 3; ++k) {
-    const auto bearing = p.scene.camera.unproject(p.points_px.col(triple[k]));
-    if (!bearing) return no_answer;
-    three.points.col(k) = p.points_in_world.col(triple[k]);
-    three.bearings.col(k) = *bearing;
-  }
-  std::vector<Rigid3> candidates;
-  p3p_solver.solve(three, candidates);
   Result<Rigid3> best = no_answer;
   double min_misfit = infinity;
-  for (const Rigid3& pose : candidates) {
+  for (const Rigid3& pose : candidates_of_three(p, p3p_solver, triple)) {
     double misfit = 0;
     for (const int i : triple) {
       const Match& match = p.matches[static_cast<std::size_t>(i)];

@@ -17,6 +17,7 @@
 #include "libocc/refine/internal/predicted_centroid.hpp"
 #include "libocc/refine/internal/scene_errors.hpp"
 #include "libocc/scene/internal/lamp_colours.hpp"
+#include "libocc/scene/internal/rectangle_corners.hpp"
 
 namespace occ::internal::refine {
 namespace {
@@ -225,15 +226,13 @@ void add_corners(const Lamp& lamp, const Blob& blob, const Rigid3& cam_from_worl
   constexpr double fit_px = 0.3, growth_px = 3, step = 1e-6, square_over_axis = 3;
   if (lamp.shape != LampShape::rectangle || blob.corners_px.size() != corners || blob.striped)
     return;
+  const Eigen::Matrix<double, 3, 4> offsets = scene::rectangle_corners(lamp);
   // Corners clockwise in the image, relative to the centroid.
   const auto predicted = [&](const Rigid3& pose) {
     std::vector<Eigen::Vector2d> px;
     const auto centre = project_lamp_centre(lamp, pose, camera);
     if (!centre) return px;
-    const Eigen::Vector3d a = 0.5 * lamp.size_m.x() * lamp.x_axis;
-    const Eigen::Vector3d b = 0.5 * lamp.size_m.y() * lamp.normal.cross(lamp.x_axis);
-    for (const Eigen::Vector3d& corner : {Eigen::Vector3d(a + b), Eigen::Vector3d(a - b),
-                                          Eigen::Vector3d(-a - b), Eigen::Vector3d(b - a)}) {
+    for (const auto& corner : offsets.colwise()) {
       const auto at = camera.project(pose * (lamp.centre_m + corner));
       if (!at) return std::vector<Eigen::Vector2d>{};
       px.push_back(camera.difference_px(*at, *centre));

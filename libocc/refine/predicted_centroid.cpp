@@ -115,14 +115,14 @@ std::optional<Eigen::Vector2d> perspective_shift_px(const Lamp& lamp, const Rigi
 Eigen::Vector2d light_shift_px(const Lamp& lamp, const Blob& blob, const Rigid3& cam_from_world,
                                const Scene& scene) {
   if (blob.light_response_px2.isZero(0)) return Eigen::Vector2d::Zero();
-  const auto centre = scene.camera.project(cam_from_world * lamp.centre_m);
-  if (!centre) return Eigen::Vector2d::Zero();
   if (is_tube_by_light(lamp, blob)) {
     const auto area_px = project_lamp_centre(lamp, cam_from_world, scene.camera);
     if (!area_px) return Eigen::Vector2d::Zero();
     const auto shift = tube_shift_px(lamp, cam_from_world, scene, *area_px, nullptr);
     return shift.value_or(Eigen::Vector2d::Zero());
   }
+  const auto centre = scene.camera.project(cam_from_world * lamp.centre_m);
+  if (!centre) return Eigen::Vector2d::Zero();
   return blob.light_response_px2 *
          log_irradiance_gradient(lamp, cam_from_world, scene.camera, scene.sensor, *centre);
 }

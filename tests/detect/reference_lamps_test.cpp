@@ -56,6 +56,14 @@ DetectOptions random_options(const PaintedImage& painting, Random& random) {
   return options;
 }
 
+void add_image(References& references, std::uint64_t i, const PaintedImage& painting,
+               Random& random) {
+  const Image image = painted(painting, random);
+  CaseResults results;
+  add_blobs(results, detect(image.view(), random_options(painting, random)));
+  references.add("image " + std::to_string(i), results);
+}
+
 TEST(References, BlobsOfSpotsAndDiscs) {
   References references("detect/discs");
   for (std::uint64_t i = 0; i < 160; ++i) {
@@ -74,10 +82,7 @@ TEST(References, BlobsOfSpotsAndDiscs) {
       neighbour.level_dn *= random.uniform(0.5, 1);
       painting.lamps.push_back(neighbour);
     }
-    const Image image = painted(painting, random);
-    CaseResults results;
-    add_blobs(results, detect(image.view(), random_options(painting, random)));
-    references.add("image " + std::to_string(i), results);
+    add_image(references, i, painting, random);
   }
   EXPECT_EQ(references.differences(), "");
 }
@@ -99,10 +104,7 @@ TEST(References, BlobsOfPolygons) {
       lamp.gradient *= 0.5;
       painting.lamps.push_back(lamp);
     }
-    const Image image = painted(painting, random);
-    CaseResults results;
-    add_blobs(results, detect(image.view(), random_options(painting, random)));
-    references.add("image " + std::to_string(i), results);
+    add_image(references, i, painting, random);
   }
   EXPECT_EQ(references.differences(), "");
 }
@@ -128,10 +130,7 @@ TEST(References, BlobsOfLargeLampsAndWalls) {
       if (chance(random, 0.5))
         painting.lamps.back().centre = large.centre + random_px(painting, random, 0) / 8;
     }
-    const Image image = painted(painting, random);
-    CaseResults results;
-    add_blobs(results, detect(image.view(), random_options(painting, random)));
-    references.add("image " + std::to_string(i), results);
+    add_image(references, i, painting, random);
   }
   EXPECT_EQ(references.differences(), "");
 }

@@ -84,6 +84,8 @@ class RimProfiles {
       const double level = beside.share * plateau - outside;
       const double model = level * cover + (beside.mixed * plateau - carried) * at_z.density;
       sums.add(*pixel - outside, level, model, z, at_z.density, model_.noise);
+      if (model_.own_level)
+        sums.add_level(*pixel - outside, level, model, z, at_z.density, model_.noise);
       sums.by_level += at_z.density * cover;
     }
     if (model_.own_level) sums.remove_level();
@@ -136,11 +138,17 @@ class RimProfiles {
       misfit += residual * residual;
       expected += pixel_variance;
       light += level * level;
-      model_residual += model * residual;
+    }
+
+    /// Adds what remove_level() needs.
+    void add_level(double signal, double level, double model, double z, double density,
+                   const Noise& noise) {
+      const double pixel_variance = noise.variance(model);
+      model_residual += model * (signal - model);
       model_density += model * density;
       model_slope += model * density * level;
       model2 += model * model;
-      model_blur += by_blur * model;
+      model_blur += level * density * z * model;
       variance_mixed += density * model * pixel_variance;
       variance_model += model * model * pixel_variance;
     }

@@ -6,17 +6,14 @@
 
 #include "libocc/core/abi.hpp"
 #include "libocc/ladder/ladder.hpp"
+#include "libocc/pose/internal/point_layout.hpp"
 #include "libocc/pose/solver.hpp"
 
 namespace occ::internal::ladder {
 
-/// Returns the bearings of the centroids with the points as they are, not normalised.
-PoseProblem bearings_of(const LadderProblem& problem);
-
-/// Returns the candidate with the smallest reprojection error; no_pose if every candidate has a
-/// point that does not project.
-Result<Rigid3> nearest_candidate(const LadderProblem& problem,
-                                 const std::vector<Rigid3>& candidates);
+/// Poses that three of the centroids allow; none if one has no bearing.
+std::vector<Rigid3> candidates_of_three(const LadderProblem& problem, const Solver& solver,
+                                        const pose::Triple& triple);
 
 bool is_coplanar(const LadderProblem& problem);
 bool is_not_coplanar(const LadderProblem& problem);

@@ -157,10 +157,11 @@ def command(
     comes with libocc. The lamps are identified. Methods: closed-form solvers on the lamps' centroids, the
     refinement by points, centres, rims and all pixels, methods of the literature that use the shapes of
     luminaires, and, if installed, the solvers of OpenCV and PoseLib. Of one rectangle, those that use its
-    corners or its rim remain. For each method the table has the time, the error, its ratio to the Cramer-Rao bound, and
-    the rates of failures (no answer) and outliers (error above 10 times the bound, including the bias
-    of points). Run it on an idle machine; more frames are more precise. Ctrl-C ends the run and prints
-    the results so far. Exit code 0: measured; 1: no rung meets --target-mm and --budget-ms; 2: bad input.
+    corners or its rim remain. For each method the table has the time, the error, its ratio to the
+    Cramer-Rao bound, and the rates of failures (no answer) and outliers (error above 10 times the bound,
+    including the bias of points). Run it on an idle machine; more frames are more precise. Ctrl-C ends
+    the run and prints the results so far. Exit code 0: measured; 1: no rung meets --target-mm and
+    --budget-ms; 2: bad input.
     """
     check_outputs(csv_path, plot_path, costs_path)
     experiment = experiment_of(
