@@ -74,7 +74,8 @@ void ExpectedLamps::add_centroid(const LampObservation& lamp, Eigen::Matrix2d in
   d_pose.leftCols<3>() += d_pose.rightCols<3>() * skew(pivot_);
   normal.information.topLeftCorner<6, 6>() += d_pose.transpose() * information * d_pose;
   if (!shared) return;
-  const Eigen::Matrix2Xd by_shared = shared_errors_.by_errors(scene_.camera, *lamp.lamp, pose_);
+  const Eigen::Matrix2Xd by_shared =
+      shared_errors_.by_errors(scene_.camera, *lamp.lamp, pose_, d_pose.rightCols<3>());
   shared->mixed.topRows<6>() += d_pose.transpose() * information * by_shared;
   shared->information += by_shared.transpose() * information * by_shared;
 }

@@ -186,8 +186,8 @@ std::optional<RefineProblem::CentroidResidual> RefineProblem::centroid_residual(
     centroid.information = covariance.inverse();
   }
   if (observations_.shared_errors.count() > 0) {
-    centroid.by_shared =
-        -observations_.shared_errors.by_errors(scene_.camera, *lamp.lamp, state.cam_from_world);
+    centroid.by_shared = -observations_.shared_errors.by_errors(
+        scene_.camera, *lamp.lamp, state.cam_from_world, d_pose.rightCols<3>());
     centroid.residual_px -= centroid.by_shared * observations_.shared_shift;
   }
   for (int i = 0; i < 2; ++i) {

@@ -26,13 +26,14 @@ std::optional<LampErrors> errors_of(const Lamp& lamp, const Scene& scene) {
 }
 
 bool has_exact_map(const Scene& scene) {
-  return std::none_of(scene.lamps.begin(), scene.lamps.end(), [&](const Lamp& lamp) {
-    return errors_of(lamp, scene).has_value() || !lamp.shared_errors_m.empty();
-  });
+  return scene.map_scale_sigma == 0 &&
+         std::none_of(scene.lamps.begin(), scene.lamps.end(), [&](const Lamp& lamp) {
+           return errors_of(lamp, scene).has_value() || !lamp.shared_errors_m.empty();
+         });
 }
 
 bool has_shared_errors(const Scene& scene) {
-  return !scene.camera.is_exact() ||
+  return !scene.camera.is_exact() || scene.map_scale_sigma > 0 ||
          std::any_of(scene.lamps.begin(), scene.lamps.end(),
                      [](const Lamp& lamp) { return !lamp.shared_errors_m.empty(); });
 }
@@ -58,9 +59,13 @@ Eigen::Matrix<double, 6, 7> unit_motion(const LampErrors& errors, const LampInCa
   return motion;
 }
 
-SharedErrors::SharedErrors(const Scene& scene) : root_(scene.camera.root_of_covariance()) {
+SharedErrors::SharedErrors(const Scene& scene)
+    : root_(scene.camera.root_of_covariance()), scale_sigma_(scene.map_scale_sigma) {
   for (const Lamp& lamp : scene.lamps)
     map_count_ = std::max(map_count_, static_cast<Eigen::Index>(lamp.shared_errors_m.size()));
+  if (!(scale_sigma_ > 0)) return;
+  ++map_count_;
+  middle_m_ = scene.mean_lamp_position_m();
 }
 
 void SharedErrors::apply(const Scene& stated, const Eigen::VectorXd& errors, Scene& scene) const {
@@ -72,11 +77,15 @@ void SharedErrors::apply(const Scene& stated, const Eigen::VectorXd& errors, Sce
     scene.camera = stated.camera.with_parameters(values);
   }
   const Eigen::VectorXd of_map = errors.tail(map_count_);
+  const double scale_error = scale_sigma_ > 0 ? scale_sigma_ * of_map[map_count_ - 1] : 0;
   for (std::size_t i = 0; i < scene.lamps.size(); ++i) {
-    scene.lamps[i].centre_m = stated.lamps[i].centre_m;
-    for (std::size_t j = 0; j < scene.lamps[i].shared_errors_m.size(); ++j)
-      scene.lamps[i].centre_m +=
-          of_map[static_cast<Eigen::Index>(j)] * scene.lamps[i].shared_errors_m[j];
+    const Lamp& from = stated.lamps[i];
+    Lamp& lamp = scene.lamps[i];
+    lamp.centre_m = from.centre_m + scale_error * (from.centre_m - middle_m_);
+    for (std::size_t j = 0; j < lamp.shared_errors_m.size(); ++j)
+      lamp.centre_m += of_map[static_cast<Eigen::Index>(j)] * lamp.shared_errors_m[j];
+    lamp.radius_m = (1 + scale_error) * from.radius_m;
+    lamp.size_m = (1 + scale_error) * from.size_m;
   }
 }
 
@@ -84,16 +93,15 @@ Eigen::Matrix3Xd SharedErrors::motion(const Lamp& lamp, const Rigid3& cam_from_w
   Eigen::Matrix3Xd motion = Eigen::Matrix3Xd::Zero(3, map_count_);
   for (std::size_t j = 0; j < lamp.shared_errors_m.size(); ++j)
     motion.col(static_cast<Eigen::Index>(j)) = cam_from_world.rotation * lamp.shared_errors_m[j];
+  if (scale_sigma_ > 0) motion.rightCols<1>() = -scale_sigma_ * (cam_from_world * middle_m_);
   return motion;
 }
 
 Eigen::Matrix2Xd SharedErrors::by_errors(const Camera& camera, const Lamp& lamp,
-                                         const Rigid3& cam_from_world) const {
-  const Eigen::Vector3d centre = cam_from_world * lamp.centre_m;
-  Eigen::Matrix2Xd out = Eigen::Matrix2Xd::Zero(2, count());
-  Eigen::Matrix<double, 2, 3> by_shift;
-  if (!camera.project(centre, &by_shift)) return out;
-  out.leftCols(root_.cols()) = by_camera(camera, centre);
+                                         const Rigid3& cam_from_world,
+                                         const Eigen::Matrix<double, 2, 3>& by_shift) const {
+  Eigen::Matrix2Xd out(2, count());
+  out.leftCols(root_.cols()) = by_camera(camera, cam_from_world * lamp.centre_m);
   if (map_count_ > 0) out.rightCols(map_count_) = by_shift * motion(lamp, cam_from_world);
   return out;
 }
@@ -120,9 +128,10 @@ Eigen::Matrix2d image_covariance_px2(const Lamp& lamp, const Rigid3& cam_from_wo
                                      const Scene& scene) {
   Eigen::Matrix2d covariance =
       image_covariance_px2(lamp, cam_from_world, scene.camera, errors_of(lamp, scene));
-  if (has_shared_errors(scene)) {
+  Eigen::Matrix<double, 2, 3> by_shift;
+  if (has_shared_errors(scene) && scene.camera.project(cam_from_world * lamp.centre_m, &by_shift)) {
     const Eigen::Matrix2Xd by_errors =
-        SharedErrors(scene).by_errors(scene.camera, lamp, cam_from_world);
+        SharedErrors(scene).by_errors(scene.camera, lamp, cam_from_world, by_shift);
     covariance += by_errors * by_errors.transpose();
   }
   return covariance;

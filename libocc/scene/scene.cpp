@@ -87,7 +87,15 @@ Eigen::Vector3d Scene::position_variance_m2(const Lamp& lamp) const {
   if (const auto own = position_sigma_m(lamp)) variance_m2 = own->cwiseAbs2();
   for (const Eigen::Vector3d& displacement_m : lamp.shared_errors_m)
     variance_m2 += displacement_m.cwiseAbs2();
+  if (map_scale_sigma > 0)
+    variance_m2 += (map_scale_sigma * (lamp.centre_m - mean_lamp_position_m())).cwiseAbs2();
   return variance_m2;
+}
+
+Eigen::Vector3d Scene::mean_lamp_position_m() const {
+  Eigen::Vector3d sum_m = Eigen::Vector3d::Zero();
+  for (const Lamp& lamp : lamps) sum_m += lamp.centre_m;
+  return lamps.empty() ? sum_m : Eigen::Vector3d(sum_m / static_cast<double>(lamps.size()));
 }
 
 void Scene::validate() {
@@ -106,6 +114,8 @@ void Scene::validate() {
   check_codes(lamps);
   if (map_sigma_m && !NotNegative{}.holds(*map_sigma_m))
     require(false, "map_sigma_m", vector_text(*map_sigma_m), "zero or positive");
+  require(map_scale_sigma >= 0 && map_scale_sigma < 1, "map_scale_sigma", map_scale_sigma,
+          "zero or positive, and below 1");
   check_position_sigmas(*this);
   check_shared_errors(lamps);
   lens.validate();

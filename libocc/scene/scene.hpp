@@ -45,6 +45,10 @@ struct LIBOCC_API Scene {
   /// Standard deviations of the positions of all lamps without Lamp::position_sigma_m, along the
   /// axes of the world; none: their positions are exact.
   std::optional<PerAxis> map_sigma_m;
+  /// Relative standard deviation of the scale of the map: the positions of all lamps, about their
+  /// mean, and the sizes of all lamps are wrong by the same factor, which no picture shows. That is
+  /// so if the map was made from pictures by lamps of a nominal size, by tags or by one distance.
+  double map_scale_sigma = 0;
   std::optional<Room> room;          ///< walls; empty: none
   Lens lens;                         ///< blur, vignetting, glare
   std::vector<Box> boxes;            ///< occlude lamps
@@ -67,7 +71,8 @@ struct LIBOCC_API Scene {
   std::optional<PerAxis> position_sigma_m(const Lamp& lamp) const {
     return lamp.position_sigma_m ? lamp.position_sigma_m : map_sigma_m;
   }
-  bool has_straight_sides() const;  ///< true if the image of a lamp may be a polygon
+  bool has_straight_sides() const;               ///< true if the image of a lamp may be a polygon
+  Eigen::Vector3d mean_lamp_position_m() const;  ///< zero if there are no lamps
   /// Variances of the lamp's position along the axes of the world, with the shared errors.
   Eigen::Vector3d position_variance_m2(const Lamp& lamp) const;
 };

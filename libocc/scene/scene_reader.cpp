@@ -194,6 +194,7 @@ Scene read_scene_root(const std::shared_ptr<const YamlNode>& node, const std::st
   scene.lamps = read_lamps(root);
   if (root.has("lens")) scene.lens = read_lens(root.section("lens"));
   root.read("map_sigma_m", scene.map_sigma_m);
+  root.read("map_scale_sigma", scene.map_scale_sigma);
   root.read("ambient_w_m2", scene.ambient_w_m2);
   root.check([&] { scene.validate(); });
   read_parts(root, "boxes", scene.boxes, box_fields, scene);

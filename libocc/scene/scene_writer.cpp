@@ -125,6 +125,7 @@ std::string scene_text(const Scene& scene, const std::filesystem::path& folder) 
   out += checked.lamps.empty() ? "lamps: []\n" : "lamps:\n";
   for (const Lamp& lamp : checked.lamps) write_lamp(lamp, folder, out);
   if (checked.map_sigma_m) Lines(out, "").add("map_sigma_m", *checked.map_sigma_m);
+  if (checked.map_scale_sigma > 0) Lines(out, "").add("map_scale_sigma", checked.map_scale_sigma);
   write_lens(checked.lens, out);
   Lines(out, "").add("ambient_w_m2", checked.ambient_w_m2);
   write_parts("boxes", checked.boxes, box_fields, out);

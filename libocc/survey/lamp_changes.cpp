@@ -25,6 +25,10 @@ double lamp_size(const Lamp& lamp) { return std::sqrt(lamp.area_m2() / pi); }
 MatrixXd map_covariance(const Scene& map, double map_sigma_m, int& assumed) {
   const Index count = static_cast<Index>(map.lamps.size());
   MatrixXd covariance = MatrixXd::Zero(3 * count, 3 * count);
+  const Vector3d middle_m = map.mean_lamp_position_m();
+  const auto by_scale_m = [&](const Lamp& lamp) -> Vector3d {
+    return map.map_scale_sigma * (lamp.centre_m - middle_m);
+  };
   assumed = 0;
   for (Index i = 0; i < count; ++i) {
     const Lamp& lamp = map.lamps[i];
@@ -38,7 +42,7 @@ MatrixXd map_covariance(const Scene& map, double map_sigma_m, int& assumed) {
     for (Index j = 0; j <= i; ++j) {
       const std::vector<Vector3d>& a = lamp.shared_errors_m;
       const std::vector<Vector3d>& b = map.lamps[j].shared_errors_m;
-      Eigen::Matrix3d shared = Eigen::Matrix3d::Zero();
+      Eigen::Matrix3d shared = by_scale_m(lamp) * by_scale_m(map.lamps[j]).transpose();
       for (std::size_t k = 0; k < std::min(a.size(), b.size()); ++k)
         shared += a[k] * b[k].transpose();
       covariance.block<3, 3>(3 * i, 3 * j) += shared;

@@ -37,7 +37,7 @@ from ._core import (
 __all__ = [
     "LampChange", "LampFate", "LampUpdate", "MapUpdate", "MapWay", "Survey", "SurveyOmission", "SurveyScale",
     "SurveyedLamp", "assumptions_of", "joint_covariance_m2", "known_precision", "scene_of", "shared_errors", "survey",
-    "update_map", "updated_scene",
+    "update_map", "updated_scene", "without_scale",
 ]
 
 MIN_SHARED_RATIO = 2.0  # of variances
@@ -68,6 +68,26 @@ def shared_errors(joint_m2: NDArray[np.float64]) -> tuple[NDArray[np.float64], N
     return np.sqrt(np.maximum(alone, 0)), errors
 
 
+def without_scale(joint_m2: NDArray[np.float64], at_m: NDArray[np.float64]) -> tuple[NDArray[np.float64], float]:
+    """Splits the joint covariance (n, n, 3, 3) of positions at_m (n, 3) into that of a map with an exact scale, and the
+    relative standard deviation of the scale.
+
+    The variance of the scale is the largest one that leaves a covariance: 1 / (s^T C^+ s), where s is the motion of
+    all positions by the scale, away from their mean.
+    """
+    count = len(joint_m2)
+    covariance = joint_m2.transpose(0, 2, 1, 3).reshape(3 * count, 3 * count)
+    by_scale = (at_m - at_m.mean(axis=0)).ravel()
+    values, vectors = np.linalg.eigh(covariance)
+    along = vectors.T @ by_scale
+    known = values > 1e-12 * values.max(initial=0)
+    if count < 2 or not (along**2).sum() > 0 or (along[~known] ** 2).sum() > 1e-9 * (along**2).sum():
+        return joint_m2, 0.0
+    variance = 1 / (along[known] ** 2 / values[known]).sum()
+    rest = covariance - variance * np.outer(by_scale, by_scale)
+    return rest.reshape(count, 3, count, 3).transpose(0, 2, 1, 3), float(np.sqrt(variance))
+
+
 def known_precision(found: Survey) -> Precision:
     """Precision of the surveyed network in the datum of all lamps.
 
@@ -95,13 +115,15 @@ def scene_of(found: Survey, camera: Camera, sensor: Sensor | None = None) -> Sce
     """
     known = known_precision(found)
     ids = [i for i, covariance in enumerate(known.points()) if np.isfinite(covariance).all()]
-    sigmas_m, errors_m = shared_errors(joint_covariance_m2(found, known, ids))
+    at_m = np.array([found.lamps[id].lamp.centre_m for id in ids])
+    joint_m2, scale_sigma = without_scale(joint_covariance_m2(found, known, ids), at_m)
+    sigmas_m, errors_m = shared_errors(joint_m2)
     lamps = []
     for row, id in enumerate(ids):
         lamps.append(found.lamps[id].lamp.replace(
             position_sigma_m=sigmas_m[row], shared_errors_m=list(errors_m[:, row]), power_sigma=POWER_SIGMA,
         ))
-    scene = Scene(camera=camera, lamps=lamps, sensor=sensor)
+    scene = Scene(camera=camera, lamps=lamps, sensor=sensor, map_scale_sigma=scale_sigma)
     return Scene.parse(scene.format() + "assumed:\n" + "".join(f"  - '{note}'\n" for note in assumptions_of(found)))
 
 
@@ -130,8 +152,11 @@ def updated_scene(update: MapUpdate, scene: Scene) -> Scene:
     lamps = [one.lamp for one in update.lamps if one.fate != LampFate.gone]
     count = len(lamps)
     joint_m2 = np.asarray(update.covariance_m2).reshape(count, 3, count, 3).transpose(0, 2, 1, 3)
+    scale_sigma = 0.0
+    if scene.map_scale_sigma > 0:
+        joint_m2, scale_sigma = without_scale(joint_m2, np.array([lamp.centre_m for lamp in lamps]))
     sigmas_m, errors_m = shared_errors(joint_m2)
-    return scene.replace(lamps=[
+    return scene.replace(map_scale_sigma=scale_sigma, lamps=[
         lamp.replace(position_sigma_m=sigmas_m[i], shared_errors_m=list(errors_m[:, i]))
         for i, lamp in enumerate(lamps)
     ])

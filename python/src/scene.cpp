@@ -27,7 +27,8 @@ Scene make_scene(const Camera& camera, const std::vector<Lamp>& lamps,
                  const std::optional<Sensor>& sensor, const std::optional<Room>& room,
                  const std::optional<Lens>& lens, const std::vector<Box>& boxes,
                  double ambient_w_m2, const std::optional<Effects>& effects,
-                 const std::vector<Tag>& tags, const std::optional<PerAxis>& map_sigma_m) {
+                 const std::vector<Tag>& tags, const std::optional<PerAxis>& map_sigma_m,
+                 double map_scale_sigma) {
   Scene scene;
   scene.camera = camera;
   scene.lamps = lamps;
@@ -39,6 +40,7 @@ Scene make_scene(const Camera& camera, const std::vector<Lamp>& lamps,
   if (effects) scene.effects = *effects;
   scene.tags = tags;
   scene.map_sigma_m = map_sigma_m;
+  scene.map_scale_sigma = map_scale_sigma;
   scene.validate();
   return scene;
 }
@@ -68,6 +70,8 @@ None. lens: Lens. boxes: Boxes that occlude lamps. ambient_w_m2: irradiance of t
 sources than the lamps. effects: Effects that simulate() renders. tags: Tags (AprilTags) as landmarks.
 map_sigma_m: standard deviation of the positions of the lamps that do not state their own
 (Lamp.position_sigma_m), one number or three along the axes of the world; None: they are exact.
+map_scale_sigma: relative standard deviation of the scale of the map: all positions, about their mean,
+and all sizes are wrong by the same factor.
 Raises: ValueError naming the part, the field and its value.
 
 >>> import libocc as occ
@@ -78,7 +82,8 @@ Raises: ValueError naming the part, the field and its value.
            py::arg("sensor") = py::none(), py::arg("room") = py::none(),
            py::arg("lens") = py::none(), py::arg("boxes") = std::vector<Box>{},
            py::arg("ambient_w_m2") = 0.0, py::arg("effects") = py::none(),
-           py::arg("tags") = std::vector<Tag>{}, py::arg("map_sigma_m") = py::none())
+           py::arg("tags") = std::vector<Tag>{}, py::arg("map_sigma_m") = py::none(),
+           py::arg("map_scale_sigma") = 0.0)
       .def_static(
           "load",
           [](const std::filesystem::path& path, const std::optional<Camera>& camera) {
@@ -127,6 +132,8 @@ Raises: FileNotFoundError or OSError when it cannot be opened; ValueError naming
       .def_readonly("map_sigma_m", &Scene::map_sigma_m,
                     "(3,) standard deviations of the lamps' positions along the axes of the world "
                     "[m]; None: exact.")
+      .def_readonly("map_scale_sigma", &Scene::map_scale_sigma,
+                    "Relative standard deviation of the scale of positions and sizes alike.")
       .def(
           "as_rendered", &Scene::as_rendered,
           "Returns the scene without the effects that are switched off, such as vignetting or the\n"
@@ -138,19 +145,20 @@ Raises: FileNotFoundError or OSError when it cannot be opened; ValueError naming
              const std::optional<Room>& room, const std::optional<Lens>& lens,
              const std::optional<std::vector<Box>>& boxes, std::optional<double> ambient_w_m2,
              const std::optional<Effects>& effects, const std::optional<std::vector<Tag>>& tags,
-             const std::optional<PerAxis>& map_sigma_m) {
+             const std::optional<PerAxis>& map_sigma_m, std::optional<double> map_scale_sigma) {
             return make_scene(camera.value_or(s.camera), lamps.value_or(s.lamps),
                               sensor.value_or(s.sensor), room ? room : s.room,
                               lens.value_or(s.lens), boxes.value_or(s.boxes),
                               ambient_w_m2.value_or(s.ambient_w_m2), effects.value_or(s.effects),
-                              tags.value_or(s.tags), map_sigma_m ? map_sigma_m : s.map_sigma_m);
+                              tags.value_or(s.tags), map_sigma_m ? map_sigma_m : s.map_sigma_m,
+                              map_scale_sigma.value_or(s.map_scale_sigma));
           },
           py::kw_only(), py::arg("camera") = py::none(), py::arg("lamps") = py::none(),
           py::arg("sensor") = py::none(), py::arg("room") = py::none(),
           py::arg("lens") = py::none(), py::arg("boxes") = py::none(),
           py::arg("ambient_w_m2") = py::none(), py::arg("effects") = py::none(),
           py::arg("tags") = py::none(), py::arg("map_sigma_m") = py::none(),
-          "Returns a copy with the given parts changed.")
+          py::arg("map_scale_sigma") = py::none(), "Returns a copy with the given parts changed.")
       .def("__repr__", &scene_repr)
       .def("__eq__",
            [](const Scene& a, const py::object& b) {

@@ -43,14 +43,17 @@ Tally run(int lamps, double gravity_sigma_rad, int count, double thickness_m = 0
   return tally;
 }
 
-/// The others are ambiguous: in a plane of 100 lamps, false lights fit another pose about as well.
+/// The others are ambiguous: 100 lamps without a prior have so many triples that half of them are
+/// not tried, which leaves a risk of 1e-4 to 1e-3 in one of 17 views, and in a plane false lights
+/// fit another pose about as well.
 void expect_found(int lamps, double gravity_sigma_rad, int count, double thickness_m = 0.5) {
   constexpr int many = 100;
   SCOPED_TRACE(lamps);
   const Tally tally = run(lamps, gravity_sigma_rad, count, thickness_m);
   EXPECT_EQ(tally.wrong, 0);
   EXPECT_GE(tally.right + tally.listed, 0.995 * count);
-  EXPECT_GE(tally.right, (lamps < many || thickness_m > 0 ? 0.97 : 0.95) * count);
+  const bool is_hard = lamps >= many && (thickness_m == 0 || gravity_sigma_rad == 0);
+  EXPECT_GE(tally.right, (is_hard ? 0.92 : 0.97) * count);
 }
 
 TEST(IdentifyMaps, WithoutPrior) {

@@ -55,7 +55,7 @@ def test_a_survey_has_all_lamps_and_their_errors(surveyed, room):
     assert np.abs(d_made - d_true).max() < 5e-3
     for lamp in scene.lamps:
         assert 0 < np.max(lamp.position_sigma_m) < 5e-3
-        assert len(lamp.shared_errors_m) >= 1
+    assert 1e-4 < scene.map_scale_sigma < 1e-2
     assert "  - \"the scale is that of the given radius" in scene.format()
 
 
@@ -65,6 +65,57 @@ def test_the_map_locates_other_pictures(surveyed, room):
     fix = occ.locate(image, scene)
     assert fix.ok, fix.message
     assert len(fix.lamps) >= 4
+
+
+@pytest.mark.slow
+def test_the_pose_in_the_made_map_is_nearly_as_good_as_in_the_true_one(room):
+    random = np.random.default_rng(3)
+
+    def picture(seed):
+        pose = upward_pose([*random.uniform([1.4, 1.4], [2.6, 2.6]), random.uniform(0.2, 0.7)],
+                           *random.uniform([0, 0, 0], [360, 8, 360]))
+        return pose, occ.simulate(room, pose, seed=seed)[0]
+
+    seen = [(f"p{i}", occ.detect(picture(i)[1], sensor=room.sensor)) for i in range(150)]
+    found = occ.surveying.survey(seen, room.camera, radius_m=room.lamps[0].radius_m, radius_sigma=1e-4)
+    scene = occ.surveying.scene_of(found, room.camera, room.sensor)
+    _, made, true = matching(scene, room)
+    u, _, vt = np.linalg.svd((true - true.mean(axis=0)).T @ (made - made.mean(axis=0)))
+    true_from_made = u @ np.diag([1, 1, np.linalg.det(u @ vt)]) @ vt
+    errors_m, nees = {"true": [], "made": []}, []
+    for i in range(60):
+        pose, image = picture(1000 + i)
+        at = -pose[:3, :3].T @ pose[:3, 3]
+        in_true, in_made = occ.locate(image, room), occ.locate(image, scene)
+        assert in_true.ok and in_made.ok
+        errors_m["true"].append(in_true.position_m - at)
+        errors_m["made"].append(true_from_made @ (in_made.position_m - made.mean(axis=0)) + true.mean(axis=0) - at)
+        covariance = true_from_made @ in_made.position_covariance_m2 @ true_from_made.T
+        nees.append(errors_m["made"][-1] @ np.linalg.solve(covariance, errors_m["made"][-1]))
+    rms_m = {name: np.sqrt(np.mean(np.sum(np.square(each), axis=1))) for name, each in errors_m.items()}
+    assert rms_m["made"] < 1.3 * rms_m["true"]
+    # The alignment to the true lamps removes the error of the scale, one of three dimensions.
+    assert 1.3 < np.mean(nees) < 3.8
+
+
+def test_the_scale_of_a_map_is_an_error_of_its_own():
+    random = np.random.default_rng(5)
+    at_m = random.uniform(-2, 2, (7, 3))
+    by_scale = (at_m - at_m.mean(axis=0)).ravel()
+    own = np.diag(random.uniform(1e-6, 2e-6, 21))
+    joint = own + 0.005**2 * np.outer(by_scale, by_scale)
+    rest, sigma = occ.surveying.without_scale(joint.reshape(7, 3, 7, 3).transpose(0, 2, 1, 3), at_m)
+    rest = rest.transpose(0, 2, 1, 3).reshape(21, 21)
+    assert sigma == pytest.approx(0.005, rel=0.02)
+    assert rest + sigma**2 * np.outer(by_scale, by_scale) == pytest.approx(joint, abs=1e-15)
+    assert np.linalg.eigvalsh(rest).min() > -1e-15
+    errors_m = occ.surveying.shared_errors(rest.reshape(7, 3, 7, 3).transpose(0, 2, 1, 3))[1]
+    assert len(errors_m) == 0
+    # A map whose scale is exact, such as one with its size set to 1, keeps its covariance.
+    away = np.eye(21) - np.outer(by_scale, by_scale) / (by_scale @ by_scale)
+    exact = (away @ own @ away).reshape(7, 3, 7, 3).transpose(0, 2, 1, 3)
+    rest, sigma = occ.surveying.without_scale(exact, at_m)
+    assert sigma == 0 and rest is exact
 
 
 def test_the_command_writes_the_whole_folder(libocc, pictures, tmp_path):

@@ -273,6 +273,55 @@ TEST(SceneErrors, AShiftOfTheWholeMapIsAnErrorOfThePose) {
   }
 }
 
+// No picture shows the scale of a map that was made from pictures: it is wrong for positions and
+// sizes alike. The noise of the sizes of one picture must not move the pose then.
+TEST(SceneErrors, AnErrorOfTheScaleMovesTheCameraAwayFromTheMiddleOfTheMap) {
+  const Scene exact = test::irregular_room();
+  Scene stated = exact;
+  stated.map_scale_sigma = 0.01;
+  Random random(8);
+  const Eigen::Vector3d middle_m = stated.mean_lamp_position_m();
+  Vector6 moved = Vector6::Zero();
+  moved.tail<3>() = stated.map_scale_sigma * (seen_from() * middle_m);
+  for (const test::Measurement& measurement : {with_rims, without_rims}) {
+    const auto blobs =
+        test::noisy(test::exact_blobs(exact, seen_from(), measurement), exact, measurement, random);
+    const auto plain = refine(seen_from(), test::in_order(exact), blobs, exact);
+    const auto refined = refine(seen_from(), test::in_order(exact), blobs, stated);
+    ASSERT_TRUE(plain.ok() && refined.ok());
+    EXPECT_LT(
+        test::nees(difference(plain->cam_from_world, refined->cam_from_world), plain->covariance),
+        1e-3);
+    const Matrix6 expected = plain->covariance + moved * moved.transpose();
+    EXPECT_LT((refined->covariance - expected).norm(), 0.01 * expected.norm());
+  }
+  for (const Rung rung : {Rung::centres, Rung::rims}) {
+    const Matrix6 bound = pose_bound(exact, seen_from(), rung)->covariance;
+    const Matrix6 expected = bound + moved * moved.transpose();
+    EXPECT_LT((pose_bound(stated, seen_from(), rung)->covariance - expected).norm(),
+              1e-3 * expected.norm());
+  }
+  EXPECT_FALSE(internal::refine::has_exact_map(stated));
+}
+
+// A prior of the position shows the scale, since the pictures show the distance over the scale.
+TEST(SceneErrors, CovarianceContainsAWrongScale) {
+  const auto draw = [](Random& random) {
+    World world{test::irregular_room(), test::irregular_room()};
+    world.stated.map_scale_sigma = 0.01;
+    const double factor = 1 + world.stated.map_scale_sigma * random.normal();
+    const Eigen::Vector3d middle_m = world.stated.mean_lamp_position_m();
+    for (Lamp& lamp : world.real.lamps) {
+      lamp.centre_m = middle_m + factor * (lamp.centre_m - middle_m);
+      lamp.radius_m *= factor;
+    }
+    world.real.validate();
+    return world;
+  };
+  for (const test::Measurement& measurement : {with_rims, without_rims})
+    expect_true_covariance(draw, measurement);
+}
+
 // Errors of one lamp each, as shared errors.
 TEST(SceneErrors, IndependentErrorsAreASpecialCaseOfSharedOnes) {
   constexpr double sigma_m = 0.005;

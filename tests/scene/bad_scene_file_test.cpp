@@ -51,6 +51,9 @@ TEST(BadScene, ErrorsOfTheMap) {
             std::string::npos);
   EXPECT_NE(rest_complaint("map_sigma_m: 0\n").find("`map_sigma_m`: must be positive"),
             std::string::npos);
+  EXPECT_NE(rest_complaint("map_scale_sigma: -0.1\n").find("`map_scale_sigma`: must be zero or"),
+            std::string::npos);
+  EXPECT_NE(rest_complaint("map_scale_sigma: 1\n").find("below 1"), std::string::npos);
   EXPECT_NE(rest_complaint("map_sigma_m: [0.1, -1, 0]\n").find("`map_sigma_m`: must be zero or"),
             std::string::npos);
   const std::string shared = "scene.yaml:5: key `lamps[0].shared_errors_m`: must be ";

@@ -336,6 +336,7 @@ TEST(CameraFile, NamedByASceneMustBeACalibration) {
 TEST(SceneFile, ErrorsOfMapAndCameraSurvive) {
   Scene scene = read_scene(scenes + "irregular_six.yaml");
   scene.map_sigma_m = Eigen::Vector3d(0.01, 0.01, 0.002);
+  scene.map_scale_sigma = 0.003;
   scene.lamps[1].position_sigma_m = PerAxis(0.05);
   scene.lamps[1].shared_errors_m = {{0.001, 0, -0.002}, {0, 0.003, 0}};
   scene.lamps[2].size_sigma = 0.02;
@@ -345,6 +346,7 @@ TEST(SceneFile, ErrorsOfMapAndCameraSurvive) {
   const Scene back = parse_scene(text);
   EXPECT_EQ(format_scene(back), text);
   EXPECT_EQ(*back.map_sigma_m, *scene.map_sigma_m);
+  EXPECT_EQ(back.map_scale_sigma, scene.map_scale_sigma);
   EXPECT_EQ(*back.lamps[1].position_sigma_m, *scene.lamps[1].position_sigma_m);
   EXPECT_FALSE(back.lamps[0].position_sigma_m);
   EXPECT_EQ(back.lamps[1].shared_errors_m, scene.lamps[1].shared_errors_m);

@@ -197,6 +197,27 @@ TEST(UpdateMap, RefinesWithTheSharedErrorsOfTheMap) {
   EXPECT_GT(found->lamps[0].covariance_m2(2, 2), square(0.055));
 }
 
+TEST(UpdateMap, KeepsTheErrorOfTheScaleOfTheMap) {
+  Random random(3);
+  const Scene now = ten_lamps();
+  Scene map = now;
+  map.map_scale_sigma = 0.02;
+  const Vector3d middle_m = map.mean_lamp_position_m();
+  for (Lamp& lamp : map.lamps) {  // too large by half the error of the scale
+    lamp.position_sigma_m = PerAxis(0.001);
+    lamp.centre_m = middle_m + 1.01 * (lamp.centre_m - middle_m);
+    lamp.radius_m *= 1.01;
+  }
+  const auto found = update_of(map, now);
+  ASSERT_TRUE(found.ok()) << found.message;
+  EXPECT_EQ(count_of(*found, LampFate::unchanged), 10);
+  for (std::size_t i = 0; i < map.lamps.size(); ++i)
+    EXPECT_LT((found->lamps[i].lamp.centre_m - map.lamps[i].centre_m).norm(), 0.005) << i;
+  const Vector3d arm = map.lamps[0].centre_m - middle_m;
+  const double along = arm.dot(found->lamps[0].covariance_m2 * arm) / arm.squaredNorm();
+  EXPECT_NEAR(std::sqrt(along), 0.02 * arm.norm(), 0.004 * arm.norm());
+}
+
 Scene grid() {
   std::vector<Vector3d> at;
   for (int i = 0; i < 4; ++i)

@@ -52,7 +52,7 @@ LIBOCC_API Eigen::Matrix<double, 6, 7> unit_motion(const LampErrors& errors, con
                                                    double size_error, const Rigid3& cam_from_world);
 
 /// Errors that all lamps share, as independent unknowns of unit variance: those of the camera's
-/// parameters, then Lamp::shared_errors_m.
+/// parameters, then Lamp::shared_errors_m, then that of the map's scale.
 class LIBOCC_API SharedErrors {
  public:
   SharedErrors() = default;
@@ -66,15 +66,20 @@ class LIBOCC_API SharedErrors {
 
   /// d pixel / d errors of the camera at a point in its frame; zero outside the domain.
   Eigen::Matrix2Xd by_camera(const Camera& camera, const Eigen::Vector3d& point) const;
-  /// d position of the lamp, camera frame, / d errors of the map.
+  /// d position of the lamp, camera frame, / d errors of the map. A lamp that is larger by the
+  /// fraction e has the image of the lamp shifted by -e times its centre: an error of the scale,
+  /// which is in the sizes as well, shifts all lamps alike.
   Eigen::Matrix3Xd motion(const Lamp& lamp, const Rigid3& cam_from_world) const;
-  /// d pixel of the lamp's centre / d errors (2 x count); zero outside the domain.
-  Eigen::Matrix2Xd by_errors(const Camera& camera, const Lamp& lamp,
-                             const Rigid3& cam_from_world) const;
+  /// d pixel of the lamp / d errors (2 x count), with d pixel / d shift of the lamp in the frame of
+  /// the camera; zero outside the domain.
+  Eigen::Matrix2Xd by_errors(const Camera& camera, const Lamp& lamp, const Rigid3& cam_from_world,
+                             const Eigen::Matrix<double, 2, 3>& by_shift) const;
 
  private:
   Eigen::MatrixXd root_;  // d parameters / d errors
   Eigen::Index map_count_ = 0;
+  double scale_sigma_ = 0;                              // if positive, the last error of the map
+  Eigen::Vector3d middle_m_ = Eigen::Vector3d::Zero();  // fixed under errors of the scale
 };
 
 /// Covariance [px^2] of the image of a lamp by its own errors.

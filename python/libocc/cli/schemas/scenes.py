@@ -46,6 +46,7 @@ def scene() -> Schema:
         "lamps": listed(lamp()),
         "lens": lens(),
         "map_sigma_m": described(PER_AXIS, "standard deviation of the positions of lamps without their own [m]"),
+        "map_scale_sigma": described(NUMBER, "relative standard deviation of the scale of positions and sizes alike"),
         "ambient_w_m2": described(NUMBER, "irradiance of the sensor from other sources than the lamps [W/m^2]"),
         "room": mapping(of_struct(Room())),
         "boxes": listed(mapping(of_struct(Box(min_m=ORIGIN, max_m=[1, 1, 1]), defaults=False), ["min_m", "max_m"])),

@@ -33,7 +33,7 @@ def camera_places(found: Survey) -> tuple[list[str], NDArray[np.float64]]:
 def survey_data(found: Survey, scene: Scene) -> dict[str, Any]:
     """Plain data of the survey for result.json, beside those of the adjustment."""
     names, places = camera_places(found)
-    sigmas_m = {lamp.id: sigma_of(lamp).tolist() for lamp in scene.lamps}
+    sigmas_m = {lamp.id: sigma_of(lamp, scene).tolist() for lamp in scene.lamps}
     return {
         "scale": found.scale.name, "scale_sigma": found.scale_sigma, "assumed": assumptions_of(found),
         "lamps": [
@@ -53,9 +53,10 @@ def survey_data(found: Survey, scene: Scene) -> dict[str, Any]:
     }
 
 
-def sigma_of(lamp: Lamp) -> NDArray[np.float64]:
-    """(3,) standard deviations of a lamp's position with its shared errors."""
-    shared = np.asarray(lamp.shared_errors_m).reshape(-1, 3)
+def sigma_of(lamp: Lamp, scene: Scene) -> NDArray[np.float64]:
+    """(3,) standard deviations of a lamp's position with the errors that lamps share."""
+    middle_m = np.mean([each.centre_m for each in scene.lamps], axis=0)
+    shared = np.vstack([*lamp.shared_errors_m, scene.map_scale_sigma * (lamp.centre_m - middle_m)])
     own = 0.0 if lamp.position_sigma_m is None else np.asarray(lamp.position_sigma_m) ** 2
     return np.asarray(np.sqrt(own + (shared**2).sum(axis=0)))
 
@@ -163,7 +164,7 @@ def text_lines(found: Survey, scene: Scene, pictures: int) -> list[str]:
     lines = []
     for lamp in scene.lamps:
         place = " ".join(f"{value:.4f}" for value in lamp.centre_m)
-        sigma = " ".join(f"{factor * s:.2g}" for s in sigma_of(lamp))
+        sigma = " ".join(f"{factor * s:.2g}" for s in sigma_of(lamp, scene))
         lines.append(f"lamp {lamp.id} at {place} {unit}, sigma {sigma} {small}".rstrip() + f", {size_text(lamp)}")
     used = sum(image >= 0 for image in found.image_of_picture)
     scale = {
