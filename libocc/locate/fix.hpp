@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "libocc/camera/camera.hpp"
 #include "libocc/core/abi.hpp"
 #include "libocc/core/blob.hpp"
 #include "libocc/core/status.hpp"
@@ -30,6 +31,7 @@ struct Candidate {
   double variance_factor = 1;  ///< contained in the covariance
   /// See Refined.
   std::optional<double> estimated_map_sigma_m, estimated_size_sigma;
+  std::optional<Camera> estimated_camera;  ///< see Refined
   /// Probability that this pose is right, among all candidates and, in locate(), "none of them".
   std::optional<double> probability;
   std::map<int, Blob> lamps;  ///< lamp id -> blob

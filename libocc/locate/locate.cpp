@@ -53,18 +53,47 @@ Candidate candidate_of(const RankedPose& pose, const std::vector<Blob>& blobs, c
   candidate.variance_factor = refined.variance_factor;
   candidate.estimated_map_sigma_m = refined.estimated_map_sigma_m;
   candidate.estimated_size_sigma = refined.estimated_size_sigma;
+  candidate.estimated_camera = refined.estimated_camera;
   candidate.probability = pose.probability;
   for (const Match& match : pose.hypothesis->matches)
     candidate.lamps.emplace(scene.lamps[match.lamp].id, blobs[match.blob]);
   return candidate;
 }
 
-/// Empty unless errors of the map were estimated.
-std::string contradiction_message(const Refined& refined) {
-  if (!refined.estimated_map_sigma_m && !refined.estimated_size_sigma) return "";
+/// "the focal length were 1.2 % longer and k1 0.05 larger"
+std::string lens_errors_text(const Camera& estimated, const Camera& stated) {
+  std::ostringstream text;
+  const double longer = estimated.fx_px() / stated.fx_px() - 1;
+  text << std::setprecision(2) << "the focal length were " << 100 * std::abs(longer) << " % "
+       << (longer > 0 ? "longer" : "shorter");
+  const auto k1_of = [](const Camera& camera) {
+    for (const CameraParameter& parameter : camera.parameters())
+      if (parameter.name == "k1") return parameter.value;
+    return 0.0;
+  };
+  const double k1_error = k1_of(estimated) - k1_of(stated);
+  if (k1_error != 0)
+    text << " and k1 " << std::abs(k1_error) << (k1_error > 0 ? " larger" : " smaller");
+  return text.str();
+}
+
+/// Empty unless the covariance allows for errors that the scene does not state.
+std::string contradiction_message(const Refined& refined, const Scene& scene) {
+  const bool is_lens = refined.estimated_camera && scene.camera.is_exact();
+  constexpr double min_factor = 4;
+  const bool is_estimated =
+      is_lens || refined.estimated_map_sigma_m || refined.estimated_size_sigma;
+  if (!is_estimated && !(refined.variance_factor > min_factor)) return "";
   std::ostringstream text;
   text << std::setprecision(2);
-  if (refined.estimated_size_sigma) {
+  if (is_lens) {
+    text << "the lamps contradict each other by more than their noise, as if "
+         << lens_errors_text(*refined.estimated_camera, scene.camera)
+         << ": calibrate the camera, or state its errors (parameter_sigmas)";
+  } else if (!is_estimated) {
+    text << "the residuals exceed their sigmas (variance factor " << refined.variance_factor
+         << "): map, lens or outlines have errors that the scene does not state";
+  } else if (refined.estimated_size_sigma) {
     text << "the sizes of the lamps' images do not match their directions, as if radius_m or "
          << "size_m had errors of " << 100 * *refined.estimated_size_sigma
          << " %: measure the lamps, improve exposure or focus, or state the errors (size_sigma)";
@@ -108,7 +137,8 @@ void add_message(const std::string& text, Result<Fix>& result) {
 
 /// Status and message of the fix. The first pose that was not refined determines them, then the
 /// risk, then the budget.
-void conclude(const Refinement& refinement, double max_risk, Result<Fix>& result) {
+void conclude(const Refinement& refinement, const Scene& scene, double max_risk,
+              Result<Fix>& result) {
   const std::vector<RankedPose>& poses = refinement.poses;
   const Result<Refined>& worst =
       std::find_if(poses.begin(), poses.end() - 1, [](const RankedPose& pose) {
@@ -126,7 +156,7 @@ void conclude(const Refinement& refinement, double max_risk, Result<Fix>& result
     result.status = Status::budget_not_met;
     result.message = refinement.choice.reason;
   } else {
-    result.message = contradiction_message(*poses.front().refined);
+    result.message = contradiction_message(*poses.front().refined, scene);
     if (result.message.empty()) result.message = poses.front().refined.message;
   }
 }
@@ -279,7 +309,7 @@ Result<Fix> locate_blobs(const std::vector<Blob>& blobs, const Scene& scene,
   const double rest = risk_of_rest(identified.value, *refinement.poses.front().hypothesis);
   const double risk = risk_of(refinement);
   fix.risk = risk + (1 - risk) * rest;
-  conclude(refinement, options.max_risk, result);
+  conclude(refinement, scene, options.max_risk, result);
   refuse_unknown_position(*refinement.poses.front().refined, scene, result);
   if (is_excluded(options.prior, fix.cam_from_world))
     add_message("the prior excludes the most probable pose: check the prior", result);

@@ -3,10 +3,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <map>
+#include <string>
 
 #include "libocc/core/math.hpp"
 #include "libocc/core/statistics.hpp"
 #include "libocc/refine/internal/lamp_contradictions.hpp"
+#include "libocc/refine/internal/light_errors.hpp"
 #include "libocc/refine/internal/minimise.hpp"
 #include "libocc/refine/internal/problem.hpp"
 
@@ -55,21 +59,26 @@ bool is_by_rims(const Refined& refined) {
   return uses(Rung::rims, refined) && !uses(Rung::direct, refined);
 }
 
-/// LampContradiction::factor at this pose, by the rims; 1 if it cannot reach min_contradiction.
-double contradiction_at(const Refined& refined, const std::vector<Match>& matches,
-                        const std::vector<Blob>& blobs, const Scene& scene,
-                        const RefineOptions& options) {
-  if (refined.variance_factor < min_contradiction) return 1;  // contains that of the lamps
+bool leaves_out_lamps(const Refined& refined) {
+  return std::any_of(refined.lamps.begin(), refined.lamps.end(),
+                     [](const LampResidual& lamp) { return lamp.contradicts; });
+}
+
+/// Contradiction of the lamps at this pose, by the rims; none if it cannot reach min_contradiction.
+LampContradiction contradiction_at(const Refined& refined, const std::vector<Match>& matches,
+                                   const std::vector<Blob>& blobs, const Scene& scene,
+                                   const RefineOptions& options) {
+  if (refined.variance_factor < min_contradiction) return {};  // contains that of the lamps
   Observations observations = observe(matches, blobs, scene, options);
   for (std::size_t i = 0; i < matches.size(); ++i)
     observations.lamps[i].contradicts = refined.lamps[i].contradicts;
   RefineProblem problem(observations, scene, options, Rung::rims);
   const State state{refined.cam_from_world, refined.rim_growth_px.value_or(0)};
   const Minimum minimum = minimise(problem, state, options.max_iterations, options.tolerance_px);
-  if (!minimum.defined) return 1;
+  if (!minimum.defined) return {};
   std::vector<LampObservation> lamps = observations.lamps;
   problem.report_own_chi2(minimum.state, lamps);
-  return contradiction_of(lamps).factor;
+  return contradiction_of(lamps);
 }
 
 /// Standard deviations of errors of the map with their degrees of freedom.
@@ -169,6 +178,61 @@ std::optional<Refined> with_errors_of_sizes(const Problem& problem, double map_s
   return std::move(result.value);
 }
 
+/// Contradiction of all lamps without errors of the lens, also of those that the fit leaves out.
+LampContradiction contradiction_of_all(const Problem& problem) {
+  RefineOptions options = problem.options;
+  options.huber_sigma = std::numeric_limits<double>::infinity();
+  const Result<Refined> fit = refine_as_stated(problem.exact.cam_from_world, problem.matches,
+                                               problem.blobs, problem.scene, options, nullptr);
+  return fit.ok() ? contradiction_at(*fit, problem.matches, problem.blobs, problem.scene, options)
+                  : LampContradiction{};
+}
+
+/// Ratio (F) of the mean reductions of chi2 by one or two more parameters and of the rest that
+/// errors of the positions exceed by chance once in ten thousand fits. Infinite without a rest.
+double improvement_by_chance(int parameters, int rest) {
+  constexpr double probability = 1e-4;
+  if (rest < 1) return std::numeric_limits<double>::infinity();
+  if (parameters == 1) return square(student_quantile(1 - probability / 2, rest));
+  return 0.5 * rest * (std::pow(probability, -2.0 / rest) - 1);
+}
+
+/// Fit with errors of a lens that was not calibrated.
+struct LensFit {
+  Refined refined;
+  bool is_decisive = false;  ///< the lamps agree with each other much better than by chance
+};
+
+/// Fit with errors of the focal length, or of k1 as well. Empty unless all lamps agree with each
+/// other then, and for a camera of another model, or whose errors are stated.
+std::optional<LensFit> with_errors_of_lens(const Problem& problem) {
+  constexpr double focal_sigma = 0.03, k1_sigma = 0.1;
+  const Camera& camera = problem.scene.camera;
+  const bool has_k1 = camera.kind() == CameraKind::pinhole || camera.kind() == CameraKind::fisheye;
+  if (!camera.is_exact() || !has_k1) return std::nullopt;
+  const LampContradiction all = contradiction_of_all(problem);
+  std::optional<LensFit> first;
+  std::map<std::string, double> sigmas{{"f_px", focal_sigma * camera.fx_px()}};
+  for (const int parameters : {1, 2}) {
+    if (parameters == 2) sigmas["k1"] = k1_sigma;
+    const int rest = all.dof - parameters;
+    Scene scene = problem.scene;
+    scene.camera = camera.with_parameter_sigmas(sigmas);
+    Result<Refined> result = refine_as_stated(problem.exact.cam_from_world, problem.matches,
+                                              problem.blobs, scene, problem.options, nullptr);
+    const bool fits = result.ok() && is_by_rims(*result) && !leaves_out_lamps(*result) &&
+                      result->variance_factor < min_contradiction;
+    if (!fits) continue;
+    const double reduction = all.factor * all.dof - result->variance_factor * rest;
+    LensFit found{std::move(result.value)};
+    found.is_decisive = reduction > parameters * improvement_by_chance(parameters, rest) *
+                                        found.refined.variance_factor;
+    if (found.is_decisive) return found;
+    if (!first) first = std::move(found);
+  }
+  return first;
+}
+
 /// Fit with errors of the positions, or of the sizes if they are the cause. In a fit with errors of
 /// 1 % of the distance, the noise of the rims is negligible: the lamps' errors are then the
 /// residuals of a least-squares fit of their positions. Over-exposed rims may be given up in it for
@@ -217,10 +281,17 @@ Result<Refined> with_estimated_map(const Result<Refined>& exact, const std::vect
   const bool may_have_errors = options.model_sigma_px == 0 && std::isfinite(options.huber_sigma);
   if (!exact.ok() || !may_have_errors || !is_by_rims(*exact) || exact->estimated_size_sigma)
     return exact;
-  const double contradiction = contradiction_at(*exact, matches, blobs, scene, options);
-  if (contradiction < min_contradiction) return exact;
+  const double contradiction = contradiction_at(*exact, matches, blobs, scene, options).factor;
+  if (contradiction < min_contradiction && !leaves_out_lamps(*exact)) return exact;
   Result<Refined> result = exact;
-  auto estimated = with_errors_of_residuals({*exact, matches, blobs, scene, options});
+  const Problem problem{*exact, matches, blobs, scene, options};
+  auto by_lens = with_errors_of_lens(problem);
+  if (by_lens && by_lens->is_decisive) {
+    result.value = with_misfit_of(*exact, std::move(by_lens->refined));
+    return result;
+  }
+  if (contradiction < min_contradiction) return exact;
+  auto estimated = with_errors_of_residuals(problem);
   if (contradiction < clear_contradiction) {
     if (estimated) add_covariance(estimated->covariance, result.value);
   } else if (estimated) {
@@ -232,6 +303,10 @@ Result<Refined> with_estimated_map(const Result<Refined>& exact, const std::vect
         "the lamps contradict each other by more than errors of 1 % of their distance: check the "
         "map, the radii, the camera, and which lamp is which";
   }
+  // The lens may be the cause as well.
+  if (by_lens)
+    add_pose_error(difference(by_lens->refined.cam_from_world, result->cam_from_world),
+                   result.value);
   return result;
 }
 

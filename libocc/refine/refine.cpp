@@ -410,6 +410,7 @@ Result<Refined> refine_with(const Rigid3& start, const std::vector<Match>& match
     result.message = too_few_message(matches.size(), equations);
   }
   refined.cam_from_world = state.cam_from_world;
+  if (!scene.camera.is_exact()) refined.estimated_camera = scene.camera;
   if (observations.has_pixels()) refined.psf_sigma_px = observations.psf_sigma_px;
   if (observations.growth_was_used()) refined.rim_growth_px = state.growth_px;
   if (observations.has_flux && options.flux == FluxModel::common_factor) {

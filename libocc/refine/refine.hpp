@@ -40,14 +40,19 @@
 // of the pose; the larger factor counts. If all lamps have rims and it exceeds 25, the fit is
 // repeated with errors of the map whose standard deviations are estimated
 // (Refined::estimated_map_sigma_m, estimated_size_sigma); from 4 on, the covariance of such a fit
-// is added to that of the pose. Both factors are enlarged for few lamps, so that three sigma are
-// those of Student's distribution. The covariance includes the second-order effect of a rotation
-// about distant lamps on the translation (arc_moment).
+// is added to that of the pose. Errors of a lens that is stated as exact come first: if an unknown
+// focal length, or an unknown k1 as well, explains the contradictions better than errors of the
+// map would in one of 10000 fits (F test), that fit counts (Refined::estimated_camera). If it
+// explains them no better, the difference of its pose is added to the covariance. Both factors are
+// enlarged for few lamps, so that three sigma are those of Student's distribution. The covariance
+// includes the second-order effect of a rotation about distant lamps on the translation
+// (arc_moment).
 #pragma once
 
 #include <optional>
 #include <vector>
 
+#include "libocc/camera/camera.hpp"
 #include "libocc/core/abi.hpp"
 #include "libocc/core/blob.hpp"
 #include "libocc/core/image.hpp"
@@ -133,6 +138,10 @@ struct Refined {
   /// Standard deviation of relative errors of the lamps' sizes, estimated if their directions agree
   /// with each other and the sizes of their images do not. The positions are then used as exact.
   std::optional<double> estimated_size_sigma;
+  /// Camera with the estimated errors, if those of the scene's camera are stated, or if lamps
+  /// contradict each other by more than the scene states and an error of its focal length, or of k1
+  /// as well, explains that. chi2, dof and variance_factor then are those of the scene as stated.
+  std::optional<Camera> estimated_camera;
   double rms_px = 0;                    ///< r.m.s. centre residual over all lamps
   std::vector<LampResidual> lamps;      ///< in the order of the matches
   SeparationModel separation;           ///< for protection_level()

@@ -158,6 +158,10 @@ void define_fix(py::module_& m) {
       .def_readonly("estimated_size_sigma", &C::estimated_size_sigma,
                     "The same for relative errors of the lamps' sizes, if the sizes of their "
                     "images contradict their directions, else None.")
+      .def_readonly("estimated_camera", &C::estimated_camera,
+                    "Camera with the estimated errors of its parameters, if the scene states such "
+                    "errors, or if its lamps contradict each other as with a wrong focal length or "
+                    "k1; else None.")
       .def_readonly("rms_px", &C::rms_px, "Root mean square centre residual over all lamps [px].")
       .def_readonly("chi2", &C::chi2, "Robust chi-square of lamps and prior.")
       .def_readonly("dof", &C::dof, "Observations minus parameters.")

@@ -8,7 +8,6 @@
 #include <cmath>
 #include <vector>
 
-#include "libocc/core/statistics.hpp"
 #include "libocc/refine/bound.hpp"
 #include "libocc/refine/internal/error_gradient.hpp"
 #include "libocc/refine/refine.hpp"
@@ -468,81 +467,6 @@ TEST(SceneErrors, AnErrorOfTheSizeIsAShiftAlongTheLineOfSight) {
   const auto b = project_rim(nearer, seen_from(), camera, 16);
   ASSERT_TRUE(a && b);
   for (std::size_t i = 0; i < 16; ++i) EXPECT_LT(((*a)[i] - (*b)[i]).norm(), 1e-3 * e * 640);
-}
-
-// Exact maps and wrong ones, which the scene states as exact.
-struct Unstated {
-  int estimated = 0, beyond_three_sigma = 0;
-  std::vector<double> sigmas_m;
-};
-
-Unstated over_unstated_maps(double sigma_m, int count) {
-  Random random(11);
-  Unstated all;
-  for (int i = 0; i < count; ++i) {
-    World world = with_wrong_positions(test::irregular_room(),
-                                       Eigen::Vector3d::Constant(std::max(1e-12, sigma_m)), random);
-    world.stated.map_sigma_m.reset();
-    const auto exact = test::exact_blobs(world.real, seen_from(), with_rims);
-    const auto blobs = test::noisy(exact, world.real, with_rims, random);
-    const auto refined = refine(seen_from(), test::in_order(world.stated), blobs, world.stated);
-    EXPECT_TRUE(refined.ok()) << refined.message;
-    const Eigen::Vector3d off =
-        refined->cam_from_world.origin_in_source() - seen_from().origin_in_source();
-    const Eigen::Matrix3d covariance =
-        position_covariance(refined->cam_from_world, refined->covariance);
-    all.beyond_three_sigma += test::nees(off, covariance) > 16.3;
-    all.estimated += refined->estimated_map_sigma_m.has_value();
-    all.sigmas_m.push_back(refined->estimated_map_sigma_m.value_or(0));
-  }
-  return all;
-}
-
-TEST(SceneErrors, WrongMapsThatAreNotStatedAreNoticed) {
-  constexpr int count = 200;
-  for (const double sigma_m : {0.002, 0.01}) {
-    SCOPED_TRACE(sigma_m);
-    Unstated all = over_unstated_maps(sigma_m, count);
-    EXPECT_GE(all.estimated, 0.98 * count);
-    EXPECT_LE(all.beyond_three_sigma, 0.01 * count);
-    const double typical_m = median(all.sigmas_m);
-    EXPECT_GT(typical_m, 0.8 * sigma_m);
-    EXPECT_LT(typical_m, 1.25 * sigma_m);
-  }
-}
-
-// Wrong sizes do not spoil the directions, which give a better pose than the rims do.
-TEST(SceneErrors, WrongSizesThatAreNotStatedAreNoticed) {
-  constexpr double size_sigma = 0.02;
-  constexpr int count = 100;
-  Random random(5);
-  int estimated = 0, beyond_three_sigma = 0;
-  std::vector<double> off_m;
-  for (int i = 0; i < count; ++i) {
-    const Scene stated = test::irregular_room();
-    Scene real = stated;
-    for (Lamp& lamp : real.lamps) lamp.radius_m *= 1 + size_sigma * random.normal();
-    const auto exact = test::exact_blobs(real, seen_from(), with_rims);
-    const auto refined = refine(seen_from(), test::in_order(stated),
-                                test::noisy(exact, real, with_rims, random), stated);
-    ASSERT_TRUE(refined.ok()) << refined.message;
-    estimated += refined->estimated_size_sigma.has_value();
-    const Eigen::Vector3d off =
-        refined->cam_from_world.origin_in_source() - seen_from().origin_in_source();
-    const Eigen::Matrix3d covariance =
-        position_covariance(refined->cam_from_world, refined->covariance);
-    beyond_three_sigma += test::nees(off, covariance) > 16.3;
-    off_m.push_back(off.norm());
-  }
-  EXPECT_GE(estimated, 0.9 * count);
-  EXPECT_LE(beyond_three_sigma, 0.01 * count);
-  EXPECT_LT(median(off_m), 0.002);  // 0.05 from the sizes alone
-}
-
-TEST(SceneErrors, ExactMapsAreNotDoubted) {
-  const Unstated all = over_unstated_maps(0, 200);
-  EXPECT_EQ(all.estimated, 0);
-  EXPECT_LE(all.beyond_three_sigma, 2);
 }
 
 }  // namespace

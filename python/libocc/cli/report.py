@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from .._core import (
     Blob,
     BlobColour,
+    Camera,
     Candidate,
     Fix,
     Hypothesis,
@@ -84,6 +85,11 @@ def candidate_dict(found: Fix | Candidate) -> dict[str, Any]:
     }
 
 
+def parameters_dict(camera: Camera | None) -> dict[str, float] | None:
+    """Parameters of an estimated camera by name."""
+    return None if camera is None else {parameter.name: parameter.value for parameter in camera.parameters}
+
+
 def _candidate_dict(candidate: Candidate) -> dict[str, Any]:
     return {
         **candidate_dict(candidate),
@@ -91,6 +97,7 @@ def _candidate_dict(candidate: Candidate) -> dict[str, Any]:
         "variance_factor": candidate.variance_factor,
         "estimated_map_sigma_m": candidate.estimated_map_sigma_m,
         "estimated_size_sigma": candidate.estimated_size_sigma,
+        "estimated_camera": parameters_dict(candidate.estimated_camera),
     }
 
 
