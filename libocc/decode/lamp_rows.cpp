@@ -42,6 +42,39 @@ double level_around(const LinearImage& image, const LineBox& box, bool columns) 
   return median(std::move(values));
 }
 
+/// Background level at each line of a window. Ambient light that flickers at mains frequency
+/// changes it from line to line: the medians of the pixels beside neighbouring lines are used if
+/// they differ from the level around the window by more than the tail of a lamp's light does.
+std::vector<double> backgrounds(const LinearImage& image, const LineBox& box, bool columns) {
+  constexpr int side = 4, reach = 8;  // [px], [lines]: flicker is slower by far
+  constexpr double max_difference_dn = 3;
+  const double level = level_around(image, box, columns);
+  const std::vector<double> even(static_cast<std::size_t>(box.lines()), level);
+  const LineBox wide = box.grown(reach, side).cut_to(line_box(image, columns));
+  std::vector<std::vector<double>> beside(static_cast<std::size_t>(wide.lines()));
+  for (int line = wide.line0; line <= wide.line1; ++line)
+    for (int pos = wide.pos0; pos <= wide.pos1; ++pos) {
+      if (pos >= box.pos0 && pos <= box.pos1) continue;
+      float value = 0;
+      image.read(columns ? line : pos, columns ? pos : line, 1, 1, &value);
+      beside[static_cast<std::size_t>(line - wide.line0)].push_back(value);
+    }
+  if (wide.length() < box.length() + side) return even;  // at the image's border
+  std::vector<double> by_line;
+  bool is_even = true;
+  for (int line = box.line0; line <= box.line1; ++line) {
+    std::vector<double> values;
+    const int last = std::min(wide.line1, line + reach);
+    for (int near = std::max(wide.line0, line - reach); near <= last; ++near) {
+      const auto& at = beside[static_cast<std::size_t>(near - wide.line0)];
+      values.insert(values.end(), at.begin(), at.end());
+    }
+    by_line.push_back(median(std::move(values)));
+    is_even = is_even && std::abs(by_line.back() - level) <= max_difference_dn;
+  }
+  return is_even ? even : by_line;
+}
+
 /// Variance of a pixel's linear grey level, for a signal above black.
 double variance_dn2(const Sensor& sensor, double signal_dn) {
   const double noise_dn = sensor.noise_dn(signal_dn / sensor.gain_dn_per_e);
@@ -82,7 +115,7 @@ std::vector<LineLight> lamp_lines(const ImageView& image, const Sensor& sensor, 
   const LineBox box = LineBox{first(across), last(across), first(along), last(along)}.cut_to(
       line_box(linear, columns));
   if (box.lines() < 1 || box.length() < 1) return {};
-  const double background = level_around(linear, box, columns);
+  const std::vector<double> background = backgrounds(linear, box, columns);
   const int centre = static_cast<int>(std::lround(window.centre_px[across]));
   const bool coloured = sensor.mosaic != Mosaic::none;
   std::vector<float> row(static_cast<std::size_t>(box.length()));
@@ -99,7 +132,7 @@ std::vector<LineLight> lamp_lines(const ImageView& image, const Sensor& sensor, 
       const std::size_t c =
           columns ? channel_of(sensor.mosaic, line, pos) : channel_of(sensor.mosaic, pos, line);
       const double value = row[i];
-      sum[c] += value - background;
+      sum[c] += value - background[static_cast<std::size_t>(line - box.line0)];
       variance[c] += variance_dn2(sensor, value);
       ++count[c];
     }

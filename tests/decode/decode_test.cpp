@@ -4,8 +4,11 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <cmath>
 #include <set>
 
+#include "libocc/core/math.hpp"
+#include "libocc/decode/lamp_rows.hpp"
 #include "libocc/geometry/motion.hpp"
 #include "libocc/refine/refine.hpp"
 #include "libocc/scene/scene_file.hpp"
@@ -132,6 +135,32 @@ TEST(DecodeLamps, CameraOokByRows) {
     code.clock_hz = line == LineCode::manchester ? 10000 : 12500;
     const Scene scene = room_with(code);
     expect_located(scene, Sequence(scene, below, 30, Vector6::Zero()), options_for(code), 0.01);
+  }
+}
+
+// The ceiling reflects lamps at mains frequency: its light changes from line to line.
+TEST(LampLines, AreFreeOfFlickeringAmbientLight) {
+  constexpr int size = 300, half = 40, centre = 150;
+  constexpr double lamp_dn = 60, ambient_dn = 40, depth = 0.5, flicker_hz = 100;
+  for (const Readout readout : {Readout::rows, Readout::columns}) {
+    Sensor sensor;
+    sensor.row_time_s = 3e-5;
+    sensor.readout = readout;
+    Image image{size, size, 1, PixelType::u8, std::vector<std::uint8_t>(size * size), {}};
+    for (int y = 0; y < size; ++y)
+      for (int x = 0; x < size; ++x) {
+        const int line = readout == Readout::rows ? y : x;
+        const bool lit = std::abs(x - centre) <= half && std::abs(y - centre) <= half;
+        const double flicker = std::sin(2 * pi * flicker_hz * line * sensor.row_time_s);
+        image.u8[static_cast<std::size_t>(y * size + x)] = static_cast<std::uint8_t>(std::lround(
+            sensor.black_level_dn + ambient_dn * (1 + depth * flicker) + lit * lamp_dn));
+      }
+    const LampWindow window{{centre, centre}, half + 3, half + 3};
+    for (const LineLight& light : lamp_lines(image.view(), sensor, 0, window)) {
+      if (std::abs(light.line) > half) continue;
+      EXPECT_NEAR(light.value_dn, (2 * half + 1) * lamp_dn, 0.02 * (2 * half + 1) * lamp_dn)
+          << light.line;
+    }
   }
 }
 
