@@ -30,7 +30,7 @@ struct Candidate {
   int dof = 0;                 ///< residuals minus unknowns
   double variance_factor = 1;  ///< contained in the covariance
   /// See Refined.
-  std::optional<double> estimated_map_sigma_m, estimated_size_sigma;
+  std::optional<double> estimated_map_sigma_m, estimated_size_sigma, estimated_growth_px;
   std::optional<Camera> estimated_camera;  ///< see Refined
   /// Probability that this pose is right, among all candidates and, in locate(), "none of them".
   std::optional<double> probability;

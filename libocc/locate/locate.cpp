@@ -53,6 +53,7 @@ Candidate candidate_of(const RankedPose& pose, const std::vector<Blob>& blobs, c
   candidate.variance_factor = refined.variance_factor;
   candidate.estimated_map_sigma_m = refined.estimated_map_sigma_m;
   candidate.estimated_size_sigma = refined.estimated_size_sigma;
+  candidate.estimated_growth_px = refined.estimated_growth_px;
   candidate.estimated_camera = refined.estimated_camera;
   candidate.probability = pose.probability;
   for (const Match& match : pose.hypothesis->matches)
@@ -80,9 +81,10 @@ std::string lens_errors_text(const Camera& estimated, const Camera& stated) {
 /// Empty unless the covariance allows for errors that the scene does not state.
 std::string contradiction_message(const Refined& refined, const Scene& scene) {
   const bool is_lens = refined.estimated_camera && scene.camera.is_exact();
+  const bool is_growth = refined.estimated_growth_px.has_value();
   constexpr double min_factor = 4;
   const bool is_estimated =
-      is_lens || refined.estimated_map_sigma_m || refined.estimated_size_sigma;
+      is_lens || is_growth || refined.estimated_map_sigma_m || refined.estimated_size_sigma;
   if (!is_estimated && !(refined.variance_factor > min_factor)) return "";
   std::ostringstream text;
   text << std::setprecision(2);
@@ -90,6 +92,11 @@ std::string contradiction_message(const Refined& refined, const Scene& scene) {
     text << "the lamps contradict each other by more than their noise, as if "
          << lens_errors_text(*refined.estimated_camera, scene.camera)
          << ": calibrate the camera, or state its errors (parameter_sigmas)";
+  } else if (is_growth) {
+    const double growth_px = *refined.estimated_growth_px;
+    text << "the sizes of the lamps' images do not match their directions, as if all outlines were "
+         << std::abs(growth_px) << " px too " << (growth_px > 0 ? "large" : "small")
+         << ": improve exposure or focus, or state the response of the camera (sensor.response)";
   } else if (!is_estimated) {
     text << "the residuals exceed their sigmas (variance factor " << refined.variance_factor
          << "): map, lens or outlines have errors that the scene does not state";

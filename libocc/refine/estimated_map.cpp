@@ -197,40 +197,72 @@ double improvement_by_chance(int parameters, int rest) {
   return 0.5 * rest * (std::pow(probability, -2.0 / rest) - 1);
 }
 
-/// Fit with errors of a lens that was not calibrated.
-struct LensFit {
+/// Fit with an error that is common to all lamps.
+struct CommonCause {
   Refined refined;
   bool is_decisive = false;  ///< the lamps agree with each other much better than by chance
 };
 
-/// Fit with errors of the focal length, or of k1 as well. Empty unless all lamps agree with each
-/// other then, and for a camera of another model, or whose errors are stated.
-std::optional<LensFit> with_errors_of_lens(const Problem& problem) {
+/// Empty unless all lamps agree with each other in the fit of a scene with one or two more
+/// unknowns.
+std::optional<CommonCause> common_cause(const Problem& problem, const LampContradiction& all,
+                                        int parameters) {
+  const Result<Refined> fit =
+      refine_as_stated(problem.exact.cam_from_world, problem.matches, problem.blobs, problem.scene,
+                       problem.options, nullptr);
+  const bool fits = fit.ok() && is_by_rims(*fit) && !leaves_out_lamps(*fit) &&
+                    fit->variance_factor < min_contradiction;
+  if (!fits) return std::nullopt;
+  const int rest = all.dof - parameters;
+  const double reduction = all.factor * all.dof - fit->variance_factor * rest;
+  const double by_chance = parameters * improvement_by_chance(parameters, rest);
+  return CommonCause{*fit, reduction > by_chance * fit->variance_factor};
+}
+
+/// Growth of the outlines: blur, or a response that is not stated. Saturated ones always may grow.
+std::optional<CommonCause> with_growth(const Problem& problem, const LampContradiction& all) {
+  if (problem.exact.rim_growth_px) return std::nullopt;
+  RefineOptions options = problem.options;
+  options.outlines_grow = true;
+  auto cause =
+      common_cause({problem.exact, problem.matches, problem.blobs, problem.scene, options}, all, 1);
+  if (cause) cause->refined.estimated_growth_px = cause->refined.rim_growth_px;
+  return cause;
+}
+
+/// Errors of a lens that was not calibrated: of the focal length, or of k1 as well. Empty for a
+/// camera of another model, or whose errors are stated.
+std::optional<CommonCause> with_errors_of_lens(const Problem& problem,
+                                               const LampContradiction& all) {
   constexpr double focal_sigma = 0.03, k1_sigma = 0.1;
   const Camera& camera = problem.scene.camera;
   const bool has_k1 = camera.kind() == CameraKind::pinhole || camera.kind() == CameraKind::fisheye;
   if (!camera.is_exact() || !has_k1) return std::nullopt;
-  const LampContradiction all = contradiction_of_all(problem);
-  std::optional<LensFit> first;
+  std::optional<CommonCause> found;
   std::map<std::string, double> sigmas{{"f_px", focal_sigma * camera.fx_px()}};
   for (const int parameters : {1, 2}) {
     if (parameters == 2) sigmas["k1"] = k1_sigma;
-    const int rest = all.dof - parameters;
     Scene scene = problem.scene;
     scene.camera = camera.with_parameter_sigmas(sigmas);
-    Result<Refined> result = refine_as_stated(problem.exact.cam_from_world, problem.matches,
-                                              problem.blobs, scene, problem.options, nullptr);
-    const bool fits = result.ok() && is_by_rims(*result) && !leaves_out_lamps(*result) &&
-                      result->variance_factor < min_contradiction;
-    if (!fits) continue;
-    const double reduction = all.factor * all.dof - result->variance_factor * rest;
-    LensFit found{std::move(result.value)};
-    found.is_decisive = reduction > parameters * improvement_by_chance(parameters, rest) *
-                                        found.refined.variance_factor;
-    if (found.is_decisive) return found;
-    if (!first) first = std::move(found);
+    auto cause = common_cause(
+        {problem.exact, problem.matches, problem.blobs, scene, problem.options}, all, parameters);
+    if (cause && (!found || cause->is_decisive)) found = std::move(cause);
+    if (found && found->is_decisive) break;
   }
-  return first;
+  return found;
+}
+
+/// Causes that are common to all lamps and that explain their contradictions, the best one first.
+std::vector<CommonCause> common_causes(const Problem& problem) {
+  const LampContradiction all = contradiction_of_all(problem);
+  std::vector<CommonCause> causes;
+  for (auto cause : {with_growth(problem, all), with_errors_of_lens(problem, all)})
+    if (cause) causes.push_back(*std::move(cause));
+  std::stable_sort(causes.begin(), causes.end(), [](const CommonCause& a, const CommonCause& b) {
+    if (a.is_decisive != b.is_decisive) return a.is_decisive;
+    return a.refined.chi2 < b.refined.chi2;
+  });
+  return causes;
 }
 
 /// Fit with errors of the positions, or of the sizes if they are the cause. In a fit with errors of
@@ -285,28 +317,32 @@ Result<Refined> with_estimated_map(const Result<Refined>& exact, const std::vect
   if (contradiction < min_contradiction && !leaves_out_lamps(*exact)) return exact;
   Result<Refined> result = exact;
   const Problem problem{*exact, matches, blobs, scene, options};
-  auto by_lens = with_errors_of_lens(problem);
-  if (by_lens && by_lens->is_decisive) {
-    result.value = with_misfit_of(*exact, std::move(by_lens->refined));
-    return result;
+  std::vector<CommonCause> causes = common_causes(problem);
+  const bool is_explained = !causes.empty() && causes.front().is_decisive;
+  if (is_explained) {
+    result.value = with_misfit_of(*exact, std::move(causes.front().refined));
+    causes.erase(causes.begin());
+  } else if (contradiction < min_contradiction) {
+    return exact;
   }
-  if (contradiction < min_contradiction) return exact;
-  auto estimated = with_errors_of_residuals(problem);
-  if (contradiction < clear_contradiction) {
-    if (estimated) add_covariance(estimated->covariance, result.value);
-  } else if (estimated) {
-    result.value = with_misfit_of(*exact, *std::move(estimated));
-  } else {
-    // No covariance describes the error of this pose.
-    result.status = Status::not_converged;
-    result.message =
-        "the lamps contradict each other by more than errors of 1 % of their distance: check the "
-        "map, the radii, the camera, and which lamp is which";
+  if (contradiction >= min_contradiction && contradiction < clear_contradiction) {
+    if (const auto estimated = with_errors_of_residuals(problem))
+      add_covariance(estimated->covariance, result.value);
+  } else if (!is_explained) {
+    if (auto estimated = with_errors_of_residuals(problem)) {
+      result.value = with_misfit_of(*exact, *std::move(estimated));
+    } else {
+      // No covariance describes the error of this pose.
+      result.status = Status::not_converged;
+      result.message =
+          "the lamps contradict each other by more than errors of 1 % of their distance: check the "
+          "map, the radii, the camera, and which lamp is which";
+    }
   }
-  // The lens may be the cause as well.
-  if (by_lens)
-    add_pose_error(difference(by_lens->refined.cam_from_world, result->cam_from_world),
-                   result.value);
+  const Rigid3 pose = result->cam_from_world;
+  for (const CommonCause& cause : causes)
+    if (cause.is_decisive || !is_explained)
+      add_pose_error(difference(cause.refined.cam_from_world, pose), result.value);
   return result;
 }
 

@@ -199,7 +199,7 @@ int LampRim::linearise_rim(const State& state, const Eigen::Vector3d& pivot) {
     unit_motion_ = unit_motion(*lamp_.errors, in_cam, error_[6], state.cam_from_world);
   const Eigen::Vector2d shift =
       light_shift_px(*lamp_.lamp, *lamp_.blob, state.cam_from_world, scene_);
-  const double growth_slope = lamp_.blob->saturated ? -1 : 0;
+  const double growth_slope = all_.grows(lamp_) ? -1 : 0;
   arm_ = in_cam.centre_m - pivot;
   lost_ = 0;
   by_shared_.setZero(all_.shared_errors.count(), rows_.cols());
@@ -430,7 +430,7 @@ double LampRim::chi2(const State& state, Eigen::VectorXd* by_shared) {
   const LampInCam in_cam = lamp_in_cam(*lamp_.lamp, state.cam_from_world);
   const Eigen::Vector2d shift =
       light_shift_px(*lamp_.lamp, *lamp_.blob, state.cam_from_world, scene_);
-  const double growth_px = lamp_.blob->saturated ? state.growth_px : 0;
+  const double growth_px = all_.grows(lamp_) ? state.growth_px : 0;
   double sum = 0, lost = 0;
   RimErrors pull = RimErrors::Zero();
   for (Eigen::Index i = 0; i < weights_.size(); ++i) {

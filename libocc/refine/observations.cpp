@@ -149,11 +149,11 @@ void observe_flux(const Lamp& lamp, const Blob& blob, const Sensor& sensor,
 /// their rims allow for it.
 /// So are lamps with errors in the scene, or all if the camera has errors: the rendered image is
 /// linearised at the stated position.
-bool offers_pixels(const LampObservation& observation, const Sensor& sensor) {
+bool offers_pixels(const LampObservation& observation, const Sensor& sensor, bool all_grow) {
   if (observation.errors) return false;
   const Lamp& lamp = *observation.lamp;
   const Blob& blob = *observation.blob;
-  if (blob.saturated && observation.has_rim()) return false;
+  if ((blob.saturated || all_grow) && observation.has_rim()) return false;
 
   const Eigen::Vector2d& c = blob.centroid_px;
   const bool boxed = c.x() >= blob.x0 && c.x() <= blob.x1 && c.y() >= blob.y0 && c.y() <= blob.y1;
@@ -175,7 +175,7 @@ void observe_pixels(const std::vector<Match>& matches, const std::vector<Blob>& 
   const WindowReader reader(image, scene.sensor);
   for (std::size_t i = 0; i < matches.size(); ++i) {
     LampObservation& lamp = all.lamps[i];
-    if (!offers_pixels(lamp, scene.sensor)) continue;
+    if (!offers_pixels(lamp, scene.sensor, all.all_grow)) continue;
     lamp.window = reader.read(blobs, static_cast<std::size_t>(matches[i].blob));
     if (options.flux == FluxModel::ignore || lamp.lamp->frequency_hz) continue;
     lamp.light_sigma = lamp.lamp->power_sigma;
@@ -206,8 +206,8 @@ bool Observations::has_pixels() const {
 }
 
 bool Observations::growth_was_used() const {
-  return std::any_of(lamps.begin(), lamps.end(), [](const LampObservation& lamp) {
-    return lamp.blob->saturated && lamp.has_rim() && !lamp.has_pixels();
+  return std::any_of(lamps.begin(), lamps.end(), [&](const LampObservation& lamp) {
+    return grows(lamp) && lamp.has_rim() && !lamp.has_pixels();
   });
 }
 
@@ -264,6 +264,7 @@ Scene with_model_errors(const Scene& stated, const std::vector<Match>& matches,
 Observations observe(const std::vector<Match>& matches, const std::vector<Blob>& blobs,
                      const Scene& scene, const RefineOptions& options, const ImageView* image) {
   Observations all;
+  all.all_grow = options.outlines_grow;
   if (has_shared_errors(scene)) {
     all.shared_errors = SharedErrors(scene);
     all.shared_shift.setZero(all.shared_errors.count());
@@ -288,7 +289,7 @@ Observations observe(const std::vector<Match>& matches, const std::vector<Blob>&
         Eigen::Vector3d(own_growth_variance_px2(blob), model_variance, model_variance);
     if (uses_rim(lamp, blob, options)) {
       observe_rim(match, blob, scene.camera, observation, all.rim);
-      all.rims_grow = all.rims_grow || blob.saturated;
+      all.rims_grow = all.rims_grow || all.grows(observation);
     }
     if (!blob.cut_by_border) observe_centroid(match, blob, options.model_sigma_px, observation);
     if (options.flux != FluxModel::ignore) observe_flux(lamp, blob, scene.sensor, observation);

@@ -83,12 +83,12 @@ double contradiction_chi2(const Observations& observations, const Scene& scene, 
   return sum;
 }
 
-/// Median distance of the saturated rims from their prediction: a start value of the common growth
+/// Median distance of the rims that grow from their prediction: a start value of the common growth
 /// that is good enough for Huber's weights.
 double typical_growth_px(const State& state, const Observations& observations) {
   std::vector<double> distances;
   for (const LampObservation& lamp : observations.lamps) {
-    if (!lamp.blob->saturated) continue;
+    if (!observations.grows(lamp)) continue;
     const LampInCam in_cam = lamp_in_cam(*lamp.lamp, state.cam_from_world);
     const std::vector<double> here = rim_distances_px(in_cam, lamp, observations);
     distances.insert(distances.end(), here.begin(), here.end());

@@ -40,10 +40,11 @@
 // of the pose; the larger factor counts. If all lamps have rims and it exceeds 25, the fit is
 // repeated with errors of the map whose standard deviations are estimated
 // (Refined::estimated_map_sigma_m, estimated_size_sigma); from 4 on, the covariance of such a fit
-// is added to that of the pose. Errors of a lens that is stated as exact come first: if an unknown
-// focal length, or an unknown k1 as well, explains the contradictions better than errors of the
-// map would in one of 10000 fits (F test), that fit counts (Refined::estimated_camera). If it
-// explains them no better, the difference of its pose is added to the covariance. Both factors are
+// is added to that of the pose. Errors that are common to all lamps come first: if a growth of the
+// outlines (estimated_growth_px), or another focal length, or another k1 as well, of a camera that
+// is stated as exact (estimated_camera), explains the contradictions better than errors of the map
+// would in one of 10000 fits (F test), that fit counts. If it explains them no better, the
+// difference of its pose is added to the covariance. Both factors are
 // enlarged for few lamps, so that three sigma are those of Student's distribution. The covariance
 // includes the second-order effect of a rotation about distant lamps on the translation
 // (arc_moment).
@@ -94,6 +95,9 @@ struct LIBOCC_API RefineOptions {
   /// the observed scatter (MAD) of rim points and pixels if it is larger. At 3 sigmas, 0.3 % of
   /// normal residuals are beyond the corner. Infinity: least squares, no lamp is left out.
   double huber_sigma = 3;
+  /// The outlines of all lamps may be larger by one unknown number of pixels, as those of saturated
+  /// lamps always are: blur, or a camera response that the scene does not state.
+  bool outlines_grow = false;
   int max_iterations = 20;  ///< limit of the number of steps
   /// Converged when a step moves the image of no lamp farther than this. That step is still taken,
   /// so the remaining error is far smaller. Rung::direct converges faster and uses 100 times the
@@ -142,6 +146,9 @@ struct Refined {
   /// contradict each other by more than the scene states and an error of its focal length, or of k1
   /// as well, explains that. chi2, dof and variance_factor then are those of the scene as stated.
   std::optional<Camera> estimated_camera;
+  /// Common growth of the outlines of lamps that are not saturated, if that explains their
+  /// contradictions: rim_growth_px then, else empty.
+  std::optional<double> estimated_growth_px;
   double rms_px = 0;                    ///< r.m.s. centre residual over all lamps
   std::vector<LampResidual> lamps;      ///< in the order of the matches
   SeparationModel separation;           ///< for protection_level()

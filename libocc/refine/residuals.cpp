@@ -14,7 +14,7 @@ namespace {
 double rim_rms(const LampObservation& lamp, const Observations& observations, const State& state) {
   LampInCam in_cam = lamp_in_cam(*lamp.lamp, state.cam_from_world);
   if (lamp.errors) in_cam = with_error(in_cam, lamp.error(), state.cam_from_world);
-  const double growth_px = lamp.blob->saturated ? state.growth_px : 0;
+  const double growth_px = observations.grows(lamp) ? state.growth_px : 0;
   const std::vector<double> distances = rim_distances_px(in_cam, lamp, observations);
   if (distances.empty()) return 0;
   double sum = 0;

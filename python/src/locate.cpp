@@ -158,6 +158,9 @@ void define_fix(py::module_& m) {
       .def_readonly("estimated_size_sigma", &C::estimated_size_sigma,
                     "The same for relative errors of the lamps' sizes, if the sizes of their "
                     "images contradict their directions, else None.")
+      .def_readonly("estimated_growth_px", &C::estimated_growth_px,
+                    "The same for a growth of all outlines by as many pixels, as by a response of "
+                    "the camera that is not stated, else None.")
       .def_readonly("estimated_camera", &C::estimated_camera,
                     "Camera with the estimated errors of its parameters, if the scene states such "
                     "errors, or if its lamps contradict each other as with a wrong focal length or "

@@ -123,6 +123,33 @@ TEST(EstimatedMap, AWrongLensIsEstimated) {
   }
 }
 
+// A response that is not stated moves all outlines outward. Four lamps have too few directions to
+// show that their sizes are wrong, but one growth explains all of them.
+TEST(EstimatedMap, AGrowthOfAllOutlinesIsEstimated) {
+  constexpr int count = 60;
+  constexpr double growth_px = 0.5;
+  Scene scene = test::irregular_room();
+  for (const std::size_t lamps : {6, 4}) {
+    SCOPED_TRACE(lamps);
+    scene.lamps.resize(lamps);
+    Random random(7);
+    int beyond_three_sigma = 0;
+    for (int i = 0; i < count; ++i) {
+      auto blobs =
+          test::noisy(test::exact_blobs(scene, seen_from(), with_rims), scene, with_rims, random);
+      for (Blob& blob : blobs)
+        for (RimPoint& point : blob.rim) point.px += growth_px * point.normal;
+      const auto refined = refine(seen_from(), test::in_order(scene), blobs, scene);
+      ASSERT_TRUE(refined.ok()) << refined.message;
+      ASSERT_TRUE(refined->estimated_growth_px) << i;
+      EXPECT_NEAR(*refined->estimated_growth_px, growth_px, 0.1);
+      beyond_three_sigma += is_beyond_three_sigma(*refined);
+      EXPECT_LT(position_error_m(*refined).norm(), 0.01);
+    }
+    EXPECT_LE(beyond_three_sigma, 0.02 * count);
+  }
+}
+
 TEST(EstimatedMap, ExactMapsAreNotDoubted) {
   const Unstated all = over_unstated_maps(0, 200);
   EXPECT_EQ(all.estimated, 0);

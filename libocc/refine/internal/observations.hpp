@@ -58,7 +58,8 @@ struct LampObservation {
 struct Observations {
   std::vector<LampObservation> lamps;
   std::vector<RimObservation> rim;
-  bool rims_grow = false;  ///< true if `rim` contains a saturated lamp
+  bool all_grow = false;   ///< RefineOptions::outlines_grow
+  bool rims_grow = false;  ///< true if `rim` contains a lamp that grows
   bool has_flux = false;
   double psf_sigma_px = 0;  ///< the scene's, then the estimate from the pixels
   SharedErrors shared_errors;
@@ -67,7 +68,8 @@ struct Observations {
 
   bool has_pixels() const;  ///< true if a lamp without contradiction has pixels
 
-  bool growth_was_used() const;  ///< a saturated lamp is taken by its rim
+  bool grows(const LampObservation& lamp) const { return all_grow || lamp.blob->saturated; }
+  bool growth_was_used() const;  ///< a lamp that grows is taken by its rim
 
   /// Number of independent equations for the pose: at most 5 from a disc's rim, 6 from a
   /// rectangle's, 2 from a centroid, 1 from a flux (in total one less if their factor is unknown),

@@ -17,6 +17,9 @@ inline constexpr auto refine_fields = core::fields_of<RefineOptions>(
                 "error of camera and map per lamp"),
     core::field("huber_sigma", &RefineOptions::huber_sigma, "", core::PositiveOrInfinite{},
                 "corner of Huber's loss: beyond this many standard deviations the loss is linear"),
+    core::field("outlines_grow", &RefineOptions::outlines_grow, "", core::Unrestricted{},
+                "outlines of all lamps may be larger by one unknown number of pixels, as those of "
+                "saturated lamps always are"),
     core::field("max_iterations", &RefineOptions::max_iterations, "", core::Positive{},
                 "maximum number of steps"),
     core::field("tolerance_px", &RefineOptions::tolerance_px, "px", core::PositiveOrInfinite{},

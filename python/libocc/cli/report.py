@@ -97,6 +97,7 @@ def _candidate_dict(candidate: Candidate) -> dict[str, Any]:
         "variance_factor": candidate.variance_factor,
         "estimated_map_sigma_m": candidate.estimated_map_sigma_m,
         "estimated_size_sigma": candidate.estimated_size_sigma,
+        "estimated_growth_px": candidate.estimated_growth_px,
         "estimated_camera": parameters_dict(candidate.estimated_camera),
     }
 
