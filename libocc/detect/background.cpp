@@ -209,7 +209,7 @@ Background::Background(const ImageView& image, const Sensor* sensor, double min_
   median_filter(m.noise, m.columns, m.rows);
   for (std::size_t i = 0; i < count; ++i) {
     double floor = min_noise;
-    if (sensor && sensor->response == Response::linear) {
+    if (sensor && sensor->is_linear()) {
       const double signal_e = (m.level[i] - sensor->black_level_dn) / sensor->gain_dn_per_e;
       floor = std::max(floor, sensor->noise_dn(std::max(0.0, signal_e)));
     }

@@ -122,7 +122,7 @@ std::vector<Blob> detect_colour(const ImageView& image, const LinearImage& chann
   const ImageView search = difference.search_view();
   // As in grey, the noise model is that of a linear image. Other images went through a camera's
   // processing, which changes their noise.
-  const bool is_raw = given.sensor && given.sensor->response == Response::linear;
+  const bool is_raw = given.sensor && given.sensor->is_linear();
   const Background background(search, is_raw ? sensor_of(options) : nullptr,
                               difference.min_noise());
   const ThresholdRule rule = rule_of(options, linear);
@@ -179,6 +179,11 @@ std::vector<Blob> detect(const ImageView& image, const DetectOptions& options) {
     DetectOptions bright = options;
     bright.dark = false;
     return detect(negative(image).view(), bright);
+  }
+  if (options.sensor && options.sensor->response == Response::automatic) {
+    DetectOptions with_response = options;
+    with_response.sensor = options.sensor->of_image(image);
+    return detect(image, with_response);
   }
   if (image.channels >= 3 && !options.colours.empty()) return detect_by_colour(image, options);
   return detect_grey(image, options);

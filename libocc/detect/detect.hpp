@@ -8,7 +8,7 @@
 //
 // A lamp of a saturated colour c is found in a difference of the channels of linear light, w . L
 // with w ~ c - mean(c). White light does not change it, since w . (1, 1, 1) = 0. The response of
-// the channels is the sensor's: an image that is stored as sRGB needs Sensor::response = srgb.
+// the channels is the sensor's: 8-bit images are sRGB unless Sensor::response says otherwise.
 #pragma once
 
 #include <Eigen/Core>

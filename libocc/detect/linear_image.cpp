@@ -40,10 +40,18 @@ double clipped_from_dn(const ImageView& view, const Sensor* sensor) {
 
 }  // namespace
 
-LinearImage::LinearImage(const ImageView& view, const Sensor* sensor)
-    : view_(view), full_scale_dn_(clipped_from_dn(view, sensor)) {
+LinearImage::LinearImage(const ImageView& view, const Sensor* given) : view_(view) {
+  std::optional<Sensor> sensor;
+  if (given) sensor = given->of_image(view);
+  full_scale_dn_ = clipped_from_dn(view, sensor ? &*sensor : nullptr);
+  if (!sensor) {
+    Sensor unknown;
+    unknown.black_level_dn = 0;
+    unknown = unknown.of_image(view);
+    if (!unknown.is_linear()) sensor = unknown;
+  }
   if (!sensor) return;
-  if (sensor->response == Response::linear) {
+  if (sensor->is_linear()) {
     offset_dn_ = sensor->black_level_dn;
     return;
   }

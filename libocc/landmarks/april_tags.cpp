@@ -6,9 +6,11 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <optional>
 
 #include "libocc/core/internal/april_family.hpp"
 #include "libocc/core/internal/dense.hpp"
+#include "libocc/core/internal/srgb.hpp"
 #include "libocc/core/require.hpp"
 #include "libocc/landmarks/internal/grey_image.hpp"
 #include "libocc/landmarks/internal/tag_corners.hpp"
@@ -159,7 +161,8 @@ class TagFinder {
         family_(make_april_family(options.family, options.border_cells)),
         detector_(make_detector(options, family_.get())) {}
 
-  std::vector<AprilTag> find(const Image& grey, unsigned white,
+  /// `light`: the same in linear light, in which corners are fitted.
+  std::vector<AprilTag> find(const Image& grey, const Image& light, unsigned white,
                              const Eigen::Vector2d& origin = Eigen::Vector2d::Zero()) const {
     constexpr double min_size_px = 16;  // libapriltag divides the image into tiles of 4 x 4 pixels
     std::vector<AprilTag> tags;
@@ -171,7 +174,7 @@ class TagFinder {
     for (int i = 0; i < zarray_size(found.get()); ++i) {
       apriltag_detection_t* detection = nullptr;
       zarray_get(found.get(), i, static_cast<void*>(&detection));
-      AprilTag tag = tag_of(*detection, grey, options_, origin);
+      AprilTag tag = tag_of(*detection, light, options_, origin);
       if (is_distinct(*detection, tag, grey, white, options_)) tags.push_back(std::move(tag));
     }
     return tags;
@@ -250,17 +253,20 @@ int tile_unit(double decimate) {
   return decimate == three_to_two ? 12 : 4 * static_cast<int>(decimate);
 }
 
-std::vector<AprilTag> find_by_tiles(const ImageReader& image, const AprilTagOptions& options) {
+/// `light`: empty if `image` is in linear light.
+std::vector<AprilTag> find_by_tiles(const ImageReader& image, const ImageReader& light,
+                                    const AprilTagOptions& options) {
   const std::vector<ImageTile> tiles = image_tiles(image.width, image.height, options.tile_px,
                                                    options.overlap_px, tile_unit(options.decimate));
-  const auto read = [&](const ImageTile& tile) {
-    Image part = image.read(tile.x0, tile.y0, tile.width, tile.height);
+  const auto read_from = [&](const ImageReader& source, const ImageTile& tile) {
+    Image part = source.read(tile.x0, tile.y0, tile.width, tile.height);
     require(part.width == tile.width && part.height == tile.height && part.channels == 1,
             "image: window", std::to_string(part.width) + " x " + std::to_string(part.height),
             "grey and of the size asked for");
     part.view().validate();
     return part;
   };
+  const auto read = [&](const ImageTile& tile) { return read_from(image, tile); };
   unsigned white = 0;
   const TagFinder finder(options);
   std::vector<AprilTag> tags;
@@ -271,7 +277,9 @@ std::vector<AprilTag> find_by_tiles(const ImageReader& image, const AprilTagOpti
     if (white == 0)
       for (const ImageTile& other : tiles) white = std::max(white, white_level(read(other)));
     const Eigen::Vector2d origin(tile.x0, tile.y0);
-    for (AprilTag& tag : finder.find(part, white, origin)) {
+    const std::optional<Image> linear =
+        light.read ? std::optional<Image>(read_from(light, tile)) : std::nullopt;
+    for (AprilTag& tag : finder.find(part, linear ? *linear : part, white, origin)) {
       shift(origin, tag);
       if (!tile.counts(tag.centre_px)) continue;
       const auto same = [&](const AprilTag& other) {
@@ -309,9 +317,13 @@ ImageReader reader_of(const ImageView& image) {
 std::vector<AprilTag> detect_april_tags(const ImageView& image, const AprilTagOptions& options) {
   options.validate();
   image.validate();
-  if (options.tile_px > 0) return find_by_tiles(reader_of(image), options);
+  const std::optional<Image> linear = internal::core::linear_grey(image);
+  if (options.tile_px > 0)
+    return find_by_tiles(reader_of(image), linear ? reader_of(linear->view()) : ImageReader{},
+                         options);
   const Image grey = to_grey(image);
-  std::vector<AprilTag> tags = TagFinder(options).find(grey, white_level(grey));
+  std::vector<AprilTag> tags =
+      TagFinder(options).find(grey, linear ? *linear : grey, white_level(grey));
   sort_by_id(tags);
   if (options.progress) options.progress(1, 1);
   return tags;
@@ -325,7 +337,7 @@ std::vector<AprilTag> detect_april_tags(const ImageReader& image, const AprilTag
   require(image.width > 0, "image: width", image.width, "positive");
   require(image.height > 0, "image: height", image.height, "positive");
   require(static_cast<bool>(image.read), "image: read", "nothing", "a function");
-  return find_by_tiles(image, tiled);
+  return find_by_tiles(image, {}, tiled);
 }
 
 }  // namespace occ

@@ -399,7 +399,8 @@ Result<Fix> locate(const ImageView& image, const Scene& scene, const LocateOptio
   const Clock clock;
   image.validate();
   check_sizes(image, scene.camera);
-  const Scene valid = checked(scene, options);
+  Scene valid = checked(scene, options);
+  valid.sensor = valid.sensor.of_image(image);
   DetectOptions detect_options = options.detect;
   if (!detect_options.sensor) detect_options.sensor = valid.sensor;
   detect_options.polygons = detect_options.polygons && valid.has_straight_sides();

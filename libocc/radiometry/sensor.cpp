@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "libocc/core/internal/fields.hpp"
+#include "libocc/core/internal/srgb.hpp"
 #include "libocc/radiometry/internal/sensor_fields.hpp"
 
 namespace occ {
@@ -15,14 +16,6 @@ using namespace internal::radiometry;
 namespace {
 
 constexpr double planck_times_light = 6.62607015e-34 * 299792458.0;  // h c [J m], exact in SI
-
-// IEC 61966-2-1:1999, both directions; the lowest part is a straight line through zero.
-double srgb_encode(double linear) {
-  return linear <= 0.0031308 ? 12.92 * linear : 1.055 * std::pow(linear, 1 / 2.4) - 0.055;
-}
-double srgb_decode(double stored) {
-  return stored <= 0.04045 ? stored / 12.92 : std::pow((stored + 0.055) / 1.055, 2.4);
-}
 
 double table_encode(const std::vector<double>& table, double linear) {
   const double at = linear * static_cast<double>(table.size() - 1);
@@ -42,9 +35,10 @@ double encode(const Sensor& sensor, double linear) {
     case Response::gamma:
       return std::pow(linear, 1 / sensor.gamma);
     case Response::srgb:
-      return srgb_encode(linear);
+      return internal::core::srgb_encode(linear);
     case Response::table:
       return table_encode(sensor.response_table, linear);
+    case Response::automatic:
     case Response::linear:
       break;
   }
@@ -58,9 +52,10 @@ double decode(const Sensor& sensor, double stored) {
     case Response::gamma:
       return std::copysign(std::pow(std::abs(stored), sensor.gamma), stored);
     case Response::srgb:
-      return srgb_decode(stored);
+      return internal::core::srgb_decode(stored);
     case Response::table:
       return table_decode(sensor.response_table, stored);
+    case Response::automatic:
     case Response::linear:
       break;
   }
@@ -92,6 +87,13 @@ void validate_channels(const Sensor& sensor) {
 
 }  // namespace
 
+Sensor Sensor::of_image(const ImageView& image) const {
+  Sensor sensor = *this;
+  if (response != Response::automatic) return sensor;
+  sensor.response = internal::core::is_srgb(image) ? Response::srgb : Response::linear;
+  return sensor;
+}
+
 double Sensor::electrons(double irradiance_w_m2) const {
   const double photon_j = planck_times_light / wavelength_m;
   const double pixel_w = irradiance_w_m2 * pixel_pitch_m * pixel_pitch_m;
@@ -105,7 +107,7 @@ double Sensor::grey_level(double electrons) const {
 }
 
 double Sensor::linear_dn(double grey_level) const {
-  if (response == Response::linear) return grey_level - black_level_dn;
+  if (is_linear()) return grey_level - black_level_dn;
   const double range = full_scale_dn() - black_level_dn;
   return range * decode(*this, std::min((grey_level - black_level_dn) / range, 1.0));
 }

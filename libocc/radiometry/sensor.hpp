@@ -13,15 +13,17 @@
 #include <vector>
 
 #include "libocc/core/abi.hpp"
+#include "libocc/core/image.hpp"
 
 namespace occ {
 
 /// Mapping from the linear to the stored signal, both 0..1 from black level to full scale.
 enum class Response {
-  linear,  ///< grey level proportional to the signal
-  gamma,   ///< power law with the exponent 1 / gamma
-  srgb,    ///< curve of IEC 61966-2-1
-  table,   ///< values of response_table, interpolated
+  automatic,  ///< srgb for 8-bit images with three colours, else linear
+  linear,     ///< grey level proportional to the signal
+  gamma,      ///< power law with the exponent 1 / gamma
+  srgb,       ///< curve of IEC 61966-2-1
+  table,      ///< values of response_table, interpolated
 };
 
 /// Colour filter array: colours of the first two pixels of the first row, then of the second row.
@@ -53,16 +55,16 @@ struct LIBOCC_API Sensor {
   double pixel_pitch_m = 7.1e-6;  ///< distance of neighbouring pixels
   double f_number = 2.0;          ///< focal length over the diameter of the lens opening
   double exposure_s = 2e-5;  ///< a 1.5 W, 170 mm lamp then fills about half the default full well
-  double quantum_efficiency = 0.5;       ///< electrons per photon, 0 to 1
-  double wavelength_m = 550e-9;          ///< at which QE holds; photon energy is h c / wavelength
-  double full_well_e = 10000;            ///< charge at which a pixel saturates [electrons]
-  double gain_dn_per_e = 0.025;          ///< K
-  double read_noise_e = 10;              ///< standard deviation [electrons]
-  double dark_current_e_per_s = 0;       ///< per pixel [electrons/s]
-  double black_level_dn = 2;             ///< grey level without light
-  int bit_depth = 8;                     ///< 8 to 16; more than 8 makes 16-bit images
-  Response response = Response::linear;  ///< mapping from the linear to the stored signal
-  double gamma = 2.2;                    ///< for Response::gamma: stored = linear^(1/gamma)
+  double quantum_efficiency = 0.5;  ///< electrons per photon, 0 to 1
+  double wavelength_m = 550e-9;     ///< at which QE holds; photon energy is h c / wavelength
+  double full_well_e = 10000;       ///< charge at which a pixel saturates [electrons]
+  double gain_dn_per_e = 0.025;     ///< K
+  double read_noise_e = 10;         ///< standard deviation [electrons]
+  double dark_current_e_per_s = 0;  ///< per pixel [electrons/s]
+  double black_level_dn = 2;        ///< grey level without light
+  int bit_depth = 8;                ///< 8 to 16; more than 8 makes 16-bit images
+  Response response = Response::automatic;  ///< mapping from the linear to the stored signal
+  double gamma = 2.2;                       ///< for Response::gamma: stored = linear^(1/gamma)
   std::vector<double>
       response_table;     ///< for Response::table: stored values at evenly spaced linear ones
   double row_time_s = 0;  ///< time from one row to the next; 0 for a global shutter
@@ -75,6 +77,11 @@ struct LIBOCC_API Sensor {
                           ///< column; the rest is drained
   Mosaic mosaic = Mosaic::none;   ///< colour filters of a raw image
   std::vector<Channel> channels;  ///< red, green, blue of a mosaic; empty: all equal
+
+  /// True unless a curve is stated.
+  bool is_linear() const { return response == Response::linear || response == Response::automatic; }
+  /// The sensor with the response that `automatic` stands for in an image.
+  Sensor of_image(const ImageView& image) const;
 
   /// Largest grey level, 2^bit_depth - 1.
   double full_scale_dn() const { return static_cast<double>((1 << bit_depth) - 1); }

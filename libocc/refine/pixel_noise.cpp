@@ -59,7 +59,7 @@ PixelNoise::PixelNoise(const Sensor& sensor)
   high_e_ = std::min(sensor.full_well_e, white_e);
   const double step_e = 1 / gain_;
   rounding_variance_ = step_e * step_e / 12;
-  if (sensor.response != Response::linear) {
+  if (!sensor.is_linear()) {
     for (int i = 0; i <= quantisation_steps; ++i) {
       const double stored = sensor.grey_level(high_e_ * i / quantisation_steps);
       const double above = std::min(stored + 0.5, sensor.full_scale_dn());

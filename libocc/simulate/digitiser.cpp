@@ -65,7 +65,7 @@ Digitiser::Digitiser(const Sensor& sensor)
     : levels_(static_cast<int>(sensor.full_scale_dn()) + 1),
       gain_(sensor.gain_dn_per_e),
       black_(sensor.black_level_dn) {
-  if (sensor.response == Response::linear) return;
+  if (sensor.is_linear()) return;
   bounds_e_.resize(static_cast<std::size_t>(levels_ - 1));
   for (int level = 0; level < levels_ - 1; ++level)
     bounds_e_[level] = sensor.linear_dn(level + 0.5) / gain_;

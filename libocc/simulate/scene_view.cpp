@@ -53,7 +53,7 @@ bool reaches(const LampView& view, const Camera& camera, double margin_px) {
 
 // Largest change in grey levels by a change in electrons.
 double max_change_dn(const Sensor& sensor, double electrons) {
-  if (sensor.response == Response::linear) return sensor.gain_dn_per_e * electrons;
+  if (sensor.is_linear()) return sensor.gain_dn_per_e * electrons;
   // The steepest level of a curve is not known in general, so many are tried.
   constexpr int bases = 256;
   const double dark_e = sensor.electrons(0);

@@ -100,6 +100,16 @@ std::optional<double> PlacedTags::scale(double size_m) const {
   return median(std::move(ratios));
 }
 
+double PlacedTags::scale_sigma() const {
+  constexpr double edge_sigma_px = 0.02;  // common to all pictures: response, blur, print
+  std::vector<double> sides;
+  for (const Tag4& tag : tags_)
+    for (std::size_t i = 0; i + 3 < tag.observations.size(); i += 4)
+      sides.push_back(0.5 * (tag.observations[i].pixel - tag.observations[i + 2].pixel).norm() *
+                      std::sqrt(2.0));
+  return sides.empty() ? 0 : 2 * edge_sigma_px / median(std::move(sides));
+}
+
 void PlacedTags::add_to(KnownLengths& lengths, double size_m) const {
   for (const Tag4& tag : tags_) {
     NetworkBody body;

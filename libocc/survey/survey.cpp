@@ -194,12 +194,14 @@ class SurveyRun {
       similarity.scale = median(ratios);
       scale_source_ = SurveyScale::distances;
     } else if (options_.tag_size_m) {
-      const auto scale = placed_tags().scale(*options_.tag_size_m);
+      const internal::survey::PlacedTags tags = placed_tags();
+      const auto scale = tags.scale(*options_.tag_size_m);
       if (!scale) {
         warnings_.push_back("tag_size_m: no tag is measured by two pictures; the scale is free");
         return;
       }
       similarity.scale = *scale;
+      scale_sigma_ = tags.scale_sigma();
       scale_source_ = SurveyScale::tags;
     } else if (options_.radius_m) {
       std::vector<double> sizes, sigmas;

@@ -120,9 +120,10 @@ struct Survey {
   std::vector<std::vector<int>> lamp_of_blob;
   std::vector<SurveyOmission> omissions;  ///< all that is not used, with the reason
   SurveyScale scale = SurveyScale::free;  ///< origin of the scale
-  double scale_sigma = 0;                 ///< radius, odometry: relative sigma of the scale,
-                                          ///< which the network's precision does not contain
-  std::vector<std::string> warnings;      ///< contradictions that the user should check
+  /// Radius, tags, odometry: relative sigma of the scale by errors that all pictures share, which
+  /// the network's precision does not contain.
+  double scale_sigma = 0;
+  std::vector<std::string> warnings;  ///< contradictions that the user should check
 };
 
 /// State of a survey.

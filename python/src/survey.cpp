@@ -69,8 +69,9 @@ void define_results(py::module_& m) {
       .def_property_readonly("omissions", value_of(&Survey::omissions),
                              "SurveyOmissions: all that is not used, with the reason.")
       .def_property_readonly("scale", value_of(&Survey::scale), "Origin of the scale.")
-      .def_property_readonly("scale_sigma", value_of(&Survey::scale_sigma),
-                             "Relative sigma of a scale by radius, beside the precision.")
+      .def_property_readonly(
+          "scale_sigma", value_of(&Survey::scale_sigma),
+          "Relative sigma of a scale by radius, tags or odometry, beside the precision.")
       .def_property_readonly("warnings", value_of(&Survey::warnings), "Contradictions to check.");
   survey
       .def_property_readonly(

@@ -164,11 +164,14 @@ TEST(Colour, ClippedChannelsAreBounds) {
     p[1] = inside ? 255 : 2;
     p[2] = inside ? 180 : 2;
   }
+  const auto linear = [](int value) { return std::pow((value / 255.0 + 0.055) / 1.055, 2.4); };
+  const double dark = 2 / 255.0 / 12.92;
   const std::vector<Blob> blobs = detect(image.view());
   ASSERT_EQ(blobs.size(), 1u);
   ASSERT_TRUE(blobs[0].colour);
   EXPECT_EQ(blobs[0].colour->clipped, (std::array<bool, 3>{false, true, false}));
-  EXPECT_NEAR(blobs[0].colour->share[1], 253.0 / (38 + 253 + 178), 1e-9);
+  EXPECT_NEAR(blobs[0].colour->share[1],
+              (1 - dark) / (linear(40) + linear(255) + linear(180) - 3 * dark), 1e-6);
 }
 
 /// Green lamps touch a white lamp and a white wall. In grey they are one blob.

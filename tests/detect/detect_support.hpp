@@ -86,6 +86,7 @@ class Canvas {
     sensor.bit_depth = noise.full_scale_dn > 255 ? 16 : 8;
     sensor.full_well_e = 2 * sensor.full_scale_dn() / noise.gain_dn_per_e;
     sensor.psf_sigma_px = psf_px;
+    sensor.response = Response::linear;
     return sensor;
   }
 

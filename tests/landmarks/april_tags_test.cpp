@@ -275,6 +275,36 @@ TEST(AprilTags, SixteenBitImages) {
   EXPECT_LT((deep_tags[0].corners_px[2] - shallow_tags.at(0).corners_px[2]).norm(), 0.01);
 }
 
+// Between stored values, the edges of dark squares are shifted by a third of a pixel.
+TEST(AprilTags, CornersInColourPicturesAreFittedInLinearLight) {
+  Random random(5);
+  const Hung hung = wall_tag(3, {0.05, 3, 1.5}, 0.35);
+  const Rigid3 pose = towards_wall({0.2, 2.1, 1.4});
+  const Image grey = rendered({hung}, pose, small_camera(), 0, random);
+  Sensor coded;
+  coded.black_level_dn = 0;
+  coded.full_well_e = 1e6;
+  coded.response = Response::srgb;
+  Image colour = grey;
+  colour.channels = 3;
+  colour.u8.clear();
+  for (const std::uint8_t value : grey.u8) {
+    const auto stored =
+        static_cast<std::uint8_t>(std::lround(coded.grey_level(value / coded.gain_dn_per_e)));
+    colour.u8.insert(colour.u8.end(), 3, stored);
+  }
+  const auto corners = true_corners(hung.tag, pose, small_camera());
+  AprilTagOptions options;
+  for (const int tile_px : {0, 240}) {
+    options.tile_px = tile_px;
+    options.overlap_px = 120;
+    const std::vector<AprilTag> tags = detect_april_tags(colour.view(), options);
+    ASSERT_EQ(tags.size(), 1u);
+    for (std::size_t k = 0; k < 4; ++k)
+      EXPECT_LT((tags[0].corners_px[k] - corners[k]).norm(), 0.03) << k;
+  }
+}
+
 TEST(AprilTags, MapsWithTagsSurviveARoundTrip) {
   const Scene scene = wall_of_tags();
   const Scene read = parse_scene(format_scene(scene));

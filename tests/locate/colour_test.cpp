@@ -16,6 +16,7 @@ const Eigen::Vector3d green(0.05, 1, 0.6), red(1, 0.1, 0.05);
 
 Scene coloured_room() {
   Scene scene = test::irregular_room();
+  scene.sensor.response = Response::linear;
   for (std::size_t i = 0; i < scene.lamps.size(); ++i) scene.lamps[i].colour = i < 3 ? green : red;
   return scene;
 }
@@ -100,16 +101,42 @@ TEST(LocateColour, ASceneWithoutColoursReadsGrey) {
   Random random(4);
   const Rigid3 truth = central_pose(random);
   const Image image = test::simulate_colours(coloured_room(), truth).image;
-  const Scene plain = test::irregular_room();
+  Scene plain = test::irregular_room();
+  plain.sensor.response = Response::linear;
   const Result<Fix> fix = locate(image.view(), plain);
   ASSERT_TRUE(fix.ok()) << fix.message;
   EXPECT_LT(error_m(*fix, truth), 2e-3);
   EXPECT_EQ(fix.message, "");
 }
 
+// Pictures with three colours of 8 bits are sRGB, unless the sensor says otherwise.
+TEST(LocateColour, ColourPicturesAreSrgb) {
+  Random random(4);
+  const Rigid3 truth = central_pose(random);
+  Scene scene = test::irregular_room(), linear = scene;
+  linear.sensor.response = Response::linear;
+  Image image = test::simulate_colours(scene, truth).image;
+  Sensor coded = scene.sensor;
+  coded.response = Response::srgb;
+  for (std::uint8_t& value : image.u8) {
+    const double electrons = std::max(0.0, value - coded.black_level_dn) / coded.gain_dn_per_e;
+    value = static_cast<std::uint8_t>(std::lround(coded.grey_level(electrons)));
+  }
+  const Result<Fix> fix = locate(image.view(), scene);
+  ASSERT_TRUE(fix.ok()) << fix.message;
+  EXPECT_LT(error_m(*fix, truth), 1e-3);
+  EXPECT_EQ(fix.message, "");
+  scene.sensor.response = Response::srgb;
+  EXPECT_EQ(locate(image.view(), scene)->cam_from_world.matrix(), fix->cam_from_world.matrix());
+  const Result<Fix> as_linear = locate(image.view(), linear);
+  ASSERT_FALSE(as_linear->candidates.empty());
+  EXPECT_GT(as_linear->candidates[0].variance_factor, 4);
+}
+
 // Stripes are read in the colour difference, too. Their blobs have no colour.
 TEST(LocateColour, CodedLampsAreNamedThroughARollingShutter) {
   Scene scene = test::square_room();
+  scene.sensor.response = Response::linear;
   const double codes_hz[] = {2000, 2500, 3000, 3500};
   for (std::size_t i = 0; i < 4; ++i) {
     scene.lamps[i].frequency_hz = codes_hz[i];

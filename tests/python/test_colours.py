@@ -10,6 +10,8 @@ import pytest
 import libocc as occ
 
 GREEN = [0.05, 1, 0.6]
+STORED = np.array([20, 200, 130])  # of the green lamp, in sRGB
+LIGHT = ((STORED / 255 + 0.055) / 1.055) ** 2.4
 
 
 @pytest.fixture
@@ -17,7 +19,7 @@ def picture() -> np.ndarray:
     """A green lamp that touches a white one."""
     image = np.full((120, 200, 3), 10, np.uint8)
     image[30:90, 20:80] = 230
-    image[50:70, 80:110] = [20, 200, 130]
+    image[50:70, 80:110] = STORED
     return image
 
 
@@ -25,10 +27,13 @@ def test_a_blob_has_the_colour_of_its_light(picture):
     (blob,) = occ.detect(picture, colours=[GREEN])
     assert blob.centroid_px == pytest.approx([94.5, 59.5], abs=0.1)
     assert isinstance(blob.colour, occ.rendering.BlobColour)
-    assert blob.colour.share == pytest.approx(np.array([10, 190, 120]) / 320, abs=0.01)
+    assert blob.colour.share == pytest.approx(LIGHT / LIGHT.sum(), abs=0.01)
     assert blob.colour.clipped == [False, False, False]
     assert len(occ.detect(picture)) == 1 and occ.detect(picture)[0].x0 == 20
     assert occ.detect(picture[..., 1], colours=[GREEN])[0].colour is None
+    linear = occ.Sensor(response=occ.Response.linear, black_level_dn=10)
+    (blob,) = occ.detect(picture, sensor=linear, colours=[GREEN])
+    assert blob.colour.share == pytest.approx((STORED - 10) / (STORED - 10).sum(), abs=0.01)
 
 
 def test_red_and_blue_are_not_exchanged(tmp_path: Path):
@@ -56,6 +61,6 @@ def test_commands_use_the_colours_of_the_scene(picture, tmp_path: Path, libocc):
     assert code == 0
     (blob,) = json.loads(out)
     assert blob["box_px"] == [80, 50, 109, 69]
-    assert blob["colour"]["share"] == pytest.approx([0.03, 0.59, 0.38], abs=0.01)
+    assert blob["colour"]["share"] == pytest.approx(LIGHT / LIGHT.sum(), abs=0.01)
     without = json.loads(libocc("detect", tmp_path / "picture.png", "--json")[1])
     assert without[0]["box_px"][0] == 20

@@ -375,7 +375,8 @@ TEST(RefineDirect, ALampThatTheModelDoesNotExplainIsTakenByItsRim) {
 }
 
 TEST(RefineDirect, ReadsColourAsTheDetectionDoes) {
-  const Scene scene = test::irregular_room();
+  Scene scene = test::irregular_room();
+  scene.sensor.response = Response::linear;
   const Frame frame = make_frame(scene, truth(), 2);
   std::vector<std::uint8_t> colour;
   for (const std::uint8_t level : frame.image.u8)

@@ -102,6 +102,7 @@ TEST(PixelWindow, EndsAtTheBorderOfTheImage) {
 
 TEST(PixelWindow, WeighsTheColoursAsABayerMosaic) {
   Sensor sensor;
+  sensor.response = Response::linear;
   sensor.black_level_dn = 2;
   const Ramp<std::uint8_t> image(3, 20);
   const BlobWindow window = WindowReader(image.view(), sensor).read({box(12, 9, 18, 13)}, 0);

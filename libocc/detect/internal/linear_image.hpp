@@ -13,7 +13,7 @@ namespace occ::internal::detect {
 
 class LinearImage {
  public:
-  /// `sensor` may be null: stored grey levels are then assumed to be linear.
+  /// `sensor` may be null: its response is then Response::automatic, without a black level.
   LinearImage(const ImageView& view, const Sensor* sensor);
 
   int width() const { return view_.width; }

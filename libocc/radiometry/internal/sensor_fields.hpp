@@ -9,10 +9,12 @@
 
 namespace occ::internal::radiometry {
 
-inline constexpr std::array<core::Word<Response>, 4> response_words{{{"linear", Response::linear},
-                                                                     {"gamma", Response::gamma},
-                                                                     {"srgb", Response::srgb},
-                                                                     {"table", Response::table}}};
+inline constexpr std::array<core::Word<Response>, 5> response_words{
+    {{"automatic", Response::automatic},
+     {"linear", Response::linear},
+     {"gamma", Response::gamma},
+     {"srgb", Response::srgb},
+     {"table", Response::table}}};
 
 inline constexpr std::array<core::Word<Mosaic>, 5> mosaic_words{{{"none", Mosaic::none},
                                                                  {"rggb", Mosaic::rggb},
@@ -58,8 +60,10 @@ inline constexpr auto sensor_fields = core::fields_of<Sensor>(
                 "grey level without light, at least 0 and below full scale"),
     core::field("bit_depth", &Sensor::bit_depth, "", core::Interval{'[', 8, 16, ']'},
                 "bits of a grey level; more than 8 give 16-bit images"),
-    core::field("response", &Sensor::response, "", core::one_of(response_words),
-                "`linear`, `gamma`, `srgb` or `table`"),
+    core::field(
+        "response", &Sensor::response, "", core::one_of(response_words),
+        "`linear`, `gamma`, `srgb`, `table`, or `automatic`: sRGB for 8-bit images with three "
+        "colours, else linear"),
     core::field("gamma", &Sensor::gamma, "", core::Positive{},
                 "stored = linear^(1/gamma), for the response `gamma`"),
     core::field("response_table", &Sensor::response_table, "", core::Unrestricted{},

@@ -24,7 +24,7 @@ std::vector<Sensor> curves(const Sensor& sensor) {
 bool called_for(const Scene& scene, const SimulateOptions&) {
   for (const Channel& channel : scene.sensor.channels)
     if (channel.response != Response::linear) return true;
-  return scene.sensor.response != Response::linear;
+  return !scene.sensor.is_linear();
 }
 
 Bound bound(const SceneView& view) {

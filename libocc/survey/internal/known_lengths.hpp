@@ -30,6 +30,8 @@ class PlacedTags {
   bool empty() const { return tags_.empty(); }
   /// Size over that in the map, the median over the tags; nothing if no tag could be intersected.
   std::optional<double> scale(double size_m) const;
+  /// Relative standard deviation of the scale by errors of edges that all pictures share.
+  double scale_sigma() const;
   /// Adds the tags as bodies of this size; the map must have its scale.
   void add_to(KnownLengths& lengths, double size_m) const;
 

@@ -41,8 +41,8 @@ schema: libocc-scene/1
 SENSOR = """
 # The image sensor. Optional: without it, the sensor is linear, with 7.1 um pixels at f/2.
 sensor:
-  # Relation of light and stored values: srgb for JPEG pictures, linear for raw data. If omitted: linear,
-  # which shifts the measured centres of unevenly lit lamps.
+  # Relation of light and stored values: srgb for JPEG pictures, linear for raw data. If omitted: srgb for
+  # colour pictures of 8 bits, else linear, which makes the lamps of other pictures too large.
   response: srgb
   # Exposure time [s]. Take it from the picture's details. Used for rendering and for blinking lamps; a
   # still picture of steady lamps does not need it. If omitted: 2e-5.

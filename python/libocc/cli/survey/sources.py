@@ -6,6 +6,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from ..._core import AprilTag, Blob, Camera, Sensor, detect, detect_april_tags, read_image
 from ...streams.folder import ENDINGS
 from ...streams.open_source import open_source
@@ -49,10 +51,22 @@ class Detector:
         hint = background_hint(pixels, blobs, self.threshold_dn)
         if hint:
             found.notes.append(f"{name}: {hint}")
+        if self.tag_family is not None:
+            tags = list(detect_april_tags(pixels, family=self.tag_family, camera=camera))
+            found.tags.append(tags)
+            lamps = [blob for blob in blobs if not any(is_part_of(tag, blob) for tag in tags)]
+            if len(lamps) < len(blobs):
+                found.notes.append(f"{name}: {len(blobs) - len(lamps)} blobs are parts of AprilTags")
+            blobs = lamps
         found.blobs.append((name, list(blobs)))
         found.times_s.append(time_s)
-        if self.tag_family is not None:
-            found.tags.append(list(detect_april_tags(pixels, family=self.tag_family, camera=camera)))
+
+
+def is_part_of(tag: AprilTag, blob: Blob) -> bool:
+    """True if the centre of the blob is on the tag or on the white border around it."""
+    with_border = 1.5  # sides over those of the black square, which has six cells or more
+    x, y, scale = np.linalg.solve(tag.homography, [*blob.centroid_px, 1.0])
+    return bool(max(abs(x / scale), abs(y / scale)) < with_border)
 
 
 def image_files(folder: Path) -> list[str]:
