@@ -130,6 +130,23 @@ def test_the_command_writes_the_whole_folder(libocc, pictures, tmp_path):
     assert len(occ.Trajectory.load(out / "trajectory.tum").times_s) == 5
 
 
+def test_parts_of_a_tag_are_no_lamps():
+    from libocc.cli.survey.sources import Detector, Pictures
+
+    pattern = np.where(occ.targets.tag_pattern("tag36h11", 3).black, 20, 120).astype(np.uint8)
+    pixels = np.full((480, 640), 60, np.uint8)
+    pixels[100:300, 200:400] = pattern.repeat(20, axis=0).repeat(20, axis=1)
+    pixels[350:380, 500:530] = 200
+    camera = occ.Camera.pinhole(width=640, height=480, fx_px=400, fy_px=400, cx_px=319.5, cy_px=239.5)
+    for family, lamps in ((None, 0), ("tag36h11", 1)):
+        found = Pictures()
+        Detector(camera, None, None, family).add(found, "a", np.dstack([pixels] * 3))
+        ((_, blobs),) = found.blobs
+        outside = [blob for blob in blobs if blob.centroid_px[1] > 340]
+        assert len(outside) == 1 and (len(blobs) == 1) == bool(lamps)
+    assert found.notes[0].startswith("a: ") and found.notes[0].endswith(" blobs are parts of AprilTags")
+
+
 def test_a_symmetric_room_is_not_guessed(libocc, tmp_path):
     square = samples.load_scene("square_four")
     names = []

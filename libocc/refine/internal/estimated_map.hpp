@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Errors of the map that the scene does not state, estimated from the lamps' contradictions.
+// Errors of map, lens and outlines that the scene does not state, estimated from the lamps'
+// contradictions.
 #pragma once
 
 #include <optional>
@@ -18,7 +19,10 @@ LIBOCC_API Result<Refined> refine_as_stated(const Rigid3& start, const std::vect
 /// The result of refine_as_stated(), or the fit with estimated errors of the map
 /// (Refined::estimated_map_sigma_m) if lamps with rims contradict each other by more than five of
 /// their stated sigmas on average. If they do so by two to five sigmas, the pose is that of
-/// refine_as_stated(), and its covariance is increased by that of the fit.
+/// refine_as_stated(), and its covariance is increased by that of the fit. Before that, errors that
+/// are common to all lamps are tried, also if lamps were left out: a growth of the outlines, an
+/// unknown focal length, an unknown k1. One that explains the contradictions much better than by
+/// chance determines the pose; others increase the covariance.
 LIBOCC_API Result<Refined> with_estimated_map(const Result<Refined>& exact,
                                               const std::vector<Match>& matches,
                                               const std::vector<Blob>& blobs, const Scene& scene,
