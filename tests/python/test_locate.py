@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """All steps from Python: simulate, detect, identify, refine, locate."""
 
+import json
 import math
 from concurrent.futures import ThreadPoolExecutor
 
@@ -188,6 +189,20 @@ def test_a_lamp_index_serves_hashing(image, scene, pose):
     assert found.ok and len(found.hypotheses[0].matches) == 6
     with pytest.raises(ValueError, match="index must be of the scene's lamps"):
         occ.identify(blobs, scene.replace(lamps=scene.lamps[:5]), prior, index=index)
+
+
+def test_a_wrong_focal_length_is_named(libocc, tmp_path):
+    scene = load_scene("irregular_six")
+    wrong = occ.Camera.pinhole(width=640, height=480, fx_px=430, fy_px=430, cx_px=319.5, cy_px=239.5)
+    scene.replace(camera=wrong).save(tmp_path / "wrong.yaml")
+    image, truth = occ.simulate(scene, occ.look_at([1.9, 2.1, 0.3], [1.95, 2.15, 3], up=[0, 1, 0]), seed=1)
+    occ.write_image(tmp_path / "a.png", image)
+    code, text, _ = libocc("locate", tmp_path / "a.png", tmp_path / "wrong.yaml")
+    assert code == 0 and "as if the focal length were 1.7 % shorter" in text
+    assert "the sigma allows for the errors above" in text
+    candidate = json.loads(libocc("locate", tmp_path / "a.png", tmp_path / "wrong.yaml", "--json")[1])["candidates"][0]
+    assert candidate["estimated_camera"]["fx_px"] == pytest.approx(scene.camera.matrix[0, 0], abs=0.2)
+    assert candidate["position_m"] == pytest.approx(truth.position_m, abs=2e-3)
 
 
 def test_a_fix_names_what_it_takes_as_exact():

@@ -217,7 +217,11 @@ def fix_text(fix: Fix, explain: bool = False, protection_risk: float | None = No
             lines.append(f"risk      {_risk(fix.risk)}")
         if fix.taken_as_exact:
             exact = " and ".join(fix.taken_as_exact)
-            lines.append(f"exact     {exact}, by the scene: the sigma is that of the image alone")
+            best = fix.candidates[0]
+            estimated = (best.estimated_map_sigma_m, best.estimated_size_sigma, best.estimated_growth_px,
+                         best.estimated_camera)
+            contained = "is that of the image alone" if estimated == (None,) * 4 else "allows for the errors above"
+            lines.append(f"exact     {exact}, by the scene: the sigma {contained}")
         if fix.excluded_lamps:
             lines.append(f"excluded  {' '.join(str(id) for id in fix.excluded_lamps)}")
         if protection_risk is not None:
