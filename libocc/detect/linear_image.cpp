@@ -41,24 +41,19 @@ double clipped_from_dn(const ImageView& view, const Sensor* sensor) {
 }  // namespace
 
 LinearImage::LinearImage(const ImageView& view, const Sensor* given) : view_(view) {
-  std::optional<Sensor> sensor;
-  if (given) sensor = given->of_image(view);
-  full_scale_dn_ = clipped_from_dn(view, sensor ? &*sensor : nullptr);
-  if (!sensor) {
-    Sensor unknown;
-    unknown.black_level_dn = 0;
-    unknown = unknown.of_image(view);
-    if (!unknown.is_linear()) sensor = unknown;
-  }
-  if (!sensor) return;
-  if (sensor->is_linear()) {
-    offset_dn_ = sensor->black_level_dn;
+  Sensor sensor;
+  sensor.black_level_dn = 0;
+  if (given) sensor = *given;
+  sensor = sensor.of_image(view);
+  full_scale_dn_ = clipped_from_dn(view, given ? &sensor : nullptr);
+  if (sensor.is_linear()) {
+    offset_dn_ = sensor.black_level_dn;
     return;
   }
-  sensor_ = *sensor;
+  sensor_ = sensor;
   if (view.type != PixelType::u8) return;
   table_.resize(256);
-  for (int i = 0; i < 256; ++i) table_[i] = static_cast<float>(sensor->linear_dn(i));
+  for (int i = 0; i < 256; ++i) table_[i] = static_cast<float>(sensor.linear_dn(i));
 }
 
 void LinearImage::read(int x0, int y0, int width, int height, float* out) const {

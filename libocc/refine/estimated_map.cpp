@@ -207,16 +207,16 @@ struct CommonCause {
 /// unknowns.
 std::optional<CommonCause> common_cause(const Problem& problem, const LampContradiction& all,
                                         int parameters) {
-  const Result<Refined> fit =
-      refine_as_stated(problem.exact.cam_from_world, problem.matches, problem.blobs, problem.scene,
-                       problem.options, nullptr);
+  Result<Refined> fit = refine_as_stated(problem.exact.cam_from_world, problem.matches,
+                                         problem.blobs, problem.scene, problem.options, nullptr);
   const bool fits = fit.ok() && is_by_rims(*fit) && !leaves_out_lamps(*fit) &&
                     fit->variance_factor < min_contradiction;
   if (!fits) return std::nullopt;
   const int rest = all.dof - parameters;
   const double reduction = all.factor * all.dof - fit->variance_factor * rest;
   const double by_chance = parameters * improvement_by_chance(parameters, rest);
-  return CommonCause{*fit, reduction > by_chance * fit->variance_factor};
+  const bool is_decisive = reduction > by_chance * fit->variance_factor;
+  return CommonCause{std::move(fit.value), is_decisive};
 }
 
 /// Growth of the outlines: blur, or a response that is not stated. Saturated ones always may grow.

@@ -17,9 +17,8 @@ constexpr int skirt_px = 3;
 
 }  // namespace
 
-WindowReader::WindowReader(const ImageView& image, const Sensor& given)
-    : image_(image), black_dn_(given.black_level_dn), inverse_gain_(1 / given.gain_dn_per_e) {
-  const Sensor sensor = given.of_image(image);
+WindowReader::WindowReader(const ImageView& image, const Sensor& sensor)
+    : image_(image), black_dn_(sensor.black_level_dn), inverse_gain_(1 / sensor.gain_dn_per_e) {
   if (sensor.is_linear()) return;
   const int last = image.type == PixelType::u8 ? 255 : 65535;
   const int highest = std::min(last, static_cast<int>(sensor.full_scale_dn()));

@@ -480,6 +480,12 @@ Result<Refined> refine(const Rigid3& start, const std::vector<Match>& matches,
 Result<Refined> refine(const Rigid3& start, const std::vector<Match>& matches,
                        const std::vector<Blob>& blobs, const Scene& scene,
                        const RefineOptions& options, const ImageView& image) {
+  const Sensor sensor = scene.sensor.of_image(image);
+  if (sensor.is_linear() != scene.sensor.is_linear()) {
+    Scene coded = scene;
+    coded.sensor = sensor;
+    return refine(start, matches, blobs, coded, options, image);
+  }
   return with_estimated_map(refine_as_stated(start, matches, blobs, scene, options, &image),
                             matches, blobs, scene, options);
 }

@@ -105,8 +105,8 @@ double PlacedTags::scale_sigma() const {
   std::vector<double> sides;
   for (const Tag4& tag : tags_)
     for (std::size_t i = 0; i + 3 < tag.observations.size(); i += 4)
-      sides.push_back(0.5 * (tag.observations[i].pixel - tag.observations[i + 2].pixel).norm() *
-                      std::sqrt(2.0));
+      sides.push_back(std::sqrt(0.5) *
+                      (tag.observations[i].pixel - tag.observations[i + 2].pixel).norm());
   return sides.empty() ? 0 : 2 * edge_sigma_px / median(std::move(sides));
 }
 

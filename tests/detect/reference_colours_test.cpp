@@ -72,9 +72,7 @@ TEST(References, BlobsOfBlinkingLamps) {
     if (chance(random, 0.1)) options.threshold_dn = 0.1 * painting.sensor.full_scale_dn();
     if (chance(random, 0.1)) options.rims = false;
     if (chance(random, 0.05)) options.stripes = false;
-    CaseResults results;
-    add_blobs(results, detect(image.view(), options));
-    references.add("image " + std::to_string(i), results);
+    references.add("image " + std::to_string(i), results_of(detect(image.view(), options)));
   }
   EXPECT_EQ(references.differences(), "");
 }
@@ -99,9 +97,7 @@ TEST(References, BlobsOfWeakStripes) {
     const Image image = painted(painting, random);
     DetectOptions options;
     options.sensor = painting.sensor;
-    CaseResults results;
-    add_blobs(results, detect(image.view(), options));
-    references.add("image " + std::to_string(i), results);
+    references.add("image " + std::to_string(i), results_of(detect(image.view(), options)));
   }
   EXPECT_EQ(references.differences(), "");
 }
@@ -147,9 +143,7 @@ TEST(References, BlobsOfColouredLamps) {
     if (chance(random, 0.1)) options.threshold_dn = 0.2 * full;
     if (chance(random, 0.1)) options.max_blobs = 2;
     if (chance(random, 0.1)) options.patterned = true;
-    CaseResults results;
-    add_blobs(results, detect(image.view(), options));
-    references.add("image " + std::to_string(i), results);
+    references.add("image " + std::to_string(i), results_of(detect(image.view(), options)));
   }
   EXPECT_EQ(references.differences(), "");
 }

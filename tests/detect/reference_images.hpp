@@ -230,4 +230,10 @@ inline void add_blobs(CaseResults& results, const std::vector<Blob>& blobs) {
   if (!colour.empty()) results.summarise("colour", colour);
 }
 
+inline CaseResults results_of(const std::vector<Blob>& blobs) {
+  CaseResults results;
+  add_blobs(results, blobs);
+  return results;
+}
+
 }  // namespace occ::test

@@ -59,9 +59,8 @@ DetectOptions random_options(const PaintedImage& painting, Random& random) {
 void add_image(References& references, std::uint64_t i, const PaintedImage& painting,
                Random& random) {
   const Image image = painted(painting, random);
-  CaseResults results;
-  add_blobs(results, detect(image.view(), random_options(painting, random)));
-  references.add("image " + std::to_string(i), results);
+  references.add("image " + std::to_string(i),
+                 results_of(detect(image.view(), random_options(painting, random))));
 }
 
 TEST(References, BlobsOfSpotsAndDiscs) {
@@ -161,9 +160,7 @@ TEST(References, BlobsOfPatternedLamps) {
     const Image image = painted(painting, random);
     DetectOptions options = random_options(painting, random);
     options.patterned = true;
-    CaseResults results;
-    add_blobs(results, detect(image.view(), options));
-    references.add("image " + std::to_string(i), results);
+    references.add("image " + std::to_string(i), results_of(detect(image.view(), options)));
   }
   EXPECT_EQ(references.differences(), "");
 }
@@ -191,9 +188,7 @@ TEST(References, BlobsOfNoise) {
     options.min_area_px = 1 + random.below(3);
     options.max_blobs = i % 2 == 0 ? 4096 : 1 + random.below(300);
     options.rims = i % 5 == 0;
-    CaseResults results;
-    add_blobs(results, detect(view, options));
-    references.add("image " + std::to_string(i), results);
+    references.add("image " + std::to_string(i), results_of(detect(view, options)));
   }
   EXPECT_EQ(references.differences(), "");
 }

@@ -10,6 +10,7 @@ from survey_support import rendered_pictures
 import libocc as occ
 from libocc import samples
 from libocc.cli.poses import upward_pose
+from libocc.network.starts import similarity
 
 PLACES = [(1.7, 2.1, 0.5, 10), (2.3, 1.8, 0.4, 90), (1.9, 2.4, 0.6, 200), (2.2, 2.2, 0.2, 300), (1.6, 1.8, 0.3, 140)]
 
@@ -80,8 +81,7 @@ def test_the_pose_in_the_made_map_is_nearly_as_good_as_in_the_true_one(room):
     found = occ.surveying.survey(seen, room.camera, radius_m=room.lamps[0].radius_m, radius_sigma=1e-4)
     scene = occ.surveying.scene_of(found, room.camera, room.sensor)
     _, made, true = matching(scene, room)
-    u, _, vt = np.linalg.svd((true - true.mean(axis=0)).T @ (made - made.mean(axis=0)))
-    true_from_made = u @ np.diag([1, 1, np.linalg.det(u @ vt)]) @ vt
+    _, true_from_made, _ = similarity(made, true)
     errors_m, nees = {"true": [], "made": []}, []
     for i in range(60):
         pose, image = picture(1000 + i)

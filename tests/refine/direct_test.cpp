@@ -374,22 +374,39 @@ TEST(RefineDirect, ALampThatTheModelDoesNotExplainIsTakenByItsRim) {
   EXPECT_LT(error_m(*refined, truth()), 1e-3);
 }
 
+/// The image with three equal channels.
+Image as_colour(const Image& grey) {
+  Image colour = grey;
+  colour.channels = 3;
+  colour.u8.clear();
+  for (const std::uint8_t level : grey.u8) colour.u8.insert(colour.u8.end(), 3, level);
+  return colour;
+}
+
 TEST(RefineDirect, ReadsColourAsTheDetectionDoes) {
   Scene scene = test::irregular_room();
   scene.sensor.response = Response::linear;
   const Frame frame = make_frame(scene, truth(), 2);
-  std::vector<std::uint8_t> colour;
-  for (const std::uint8_t level : frame.image.u8)
-    colour.insert(colour.end(), {level, level, level});
-  ImageView view = frame.image.view();
-  view.data = colour.data();
-  view.channels = 3;
-  view.row_bytes *= 3;
+  const Image colour = as_colour(frame.image);
   const RefineOptions options = by(Rung::direct);
-  const auto refined = refine(start(), frame.matches, frame.blobs, scene, options, view);
+  const auto refined = refine(start(), frame.matches, frame.blobs, scene, options, colour.view());
   EXPECT_LT(
       difference(refined->cam_from_world, refine_directly(frame, scene)->cam_from_world).norm(),
       1e-7);
+}
+
+TEST(RefineDirect, TakesColourPicturesAsSrgb) {
+  Scene scene = test::irregular_room(), stated = scene;
+  stated.sensor.response = Response::srgb;
+  const Frame frame = make_frame(stated, truth(), 2);
+  const Image colour = as_colour(frame.image);
+  const auto refined_in = [&](const Scene& room) {
+    return refine(start(), frame.matches, frame.blobs, room, by(Rung::direct), colour.view());
+  };
+  const auto refined = refined_in(scene), as_stated = refined_in(stated);
+  ASSERT_TRUE(refined.ok());
+  EXPECT_EQ(refined->cam_from_world.matrix(), as_stated->cam_from_world.matrix());
+  EXPECT_EQ(refined->covariance, as_stated->covariance);
 }
 
 TEST(RefineDirect, UndoesTheResponse) {
