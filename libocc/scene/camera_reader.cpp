@@ -84,8 +84,11 @@ Camera with_errors(const Camera& exact, ErrorKeys keys, const YamlSection& camer
   Camera made = exact;
   if (keys.sigmas) {
     std::map<std::string, double> sigmas;
-    for (const std::string& name : parameter_names(exact))
-      if (keys.sigmas->has(name)) keys.sigmas->read(name, sigmas[name]);
+    for (const std::string& name : parameter_names(exact)) {
+      std::optional<double> sigma;
+      keys.sigmas->read(name, sigma);
+      if (sigma) sigmas[name] = *sigma;
+    }
     keys.sigmas->reject_unknown();
     keys.sigmas->check([&] { made = exact.with_parameter_sigmas(sigmas); },
                        sigmas.empty() ? "" : sigmas.begin()->first);

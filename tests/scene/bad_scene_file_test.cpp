@@ -77,6 +77,11 @@ TEST(BadScene, ErrorsOfTheMap) {
 TEST(BadScene, ErrorsOfTheCamera) {
   const std::string camera = "width_px: 640, height_px: 480, fx_px: 500, ";
   EXPECT_EQ(camera_complaint(camera + "parameter_sigmas: {fx_px: 3, k1: 0.02}"), "");
+  EXPECT_NE(camera_complaint(camera + "parameter_sigmas: {k9: 1}").find("did you mean `k1`?"),
+            std::string::npos);
+  EXPECT_NE(camera_complaint(camera + "parameter_sigmas: {brightness: 1}")
+                .find("known here: fx_px, f_px, fy_px, "),
+            std::string::npos);
   EXPECT_NE(camera_complaint(camera + "parameter_sigmas: {f: 3}").find("parameter_sigmas.f`"),
             std::string::npos);
   EXPECT_NE(
