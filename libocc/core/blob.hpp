@@ -70,6 +70,10 @@ struct Blob {
   /// were fitted to the rim. Empty for other shapes.
   std::vector<Eigen::Vector2d> corners_px;
 
+  /// True: the rim is neither that of an ellipse nor of a convex polygon, but an outline of another
+  /// shape, without its corners.
+  bool free_form = false;
+
   bool saturated = false;  ///< pixels at full scale: the rim has grown, the flux is a lower bound
   bool merged = false;     ///< its shape is that of several lamps
   bool cut_by_border = false;  ///< touches the image border: centroid and flux of the visible part
@@ -83,6 +87,9 @@ struct Blob {
   std::optional<int> lamp_id;  ///< decoded from its blink code (decode/decode.hpp)
   /// Only in an image with colour channels; empty for stripes.
   std::optional<BlobColour> colour;
+
+  /// True if the rim is that of an ellipse, which `ellipse` describes.
+  bool has_elliptical_rim() const { return !rim.empty() && corners_px.empty() && !free_form; }
 };
 
 }  // namespace occ

@@ -34,6 +34,10 @@ struct LIBOCC_API DetectOptions {
   bool rims = true;   ///< measure sub-pixel rims of discs (takes most of the time)
   bool polygons = true;  ///< with `rims`: also those of lamps with straight sides. Without, such
                          ///< lamps count as merged discs
+  /// With `rims`: also measure outlines of any other shape (Blob::free_form), such as Lame curves.
+  /// The blob of several lamps that touch may have one, too, so locate() does so only for scenes
+  /// with lamps of such shapes. Without, they are known by their centres.
+  bool free_forms = false;
   /// Join the bright parts of lamps such as pairs of tubes, louvred panels and frames of light
   /// (Blob::patterned). Separate lamps whose gaps are below a fifth of their length are joined as
   /// well, so locate() tries it only if a scene with straight sides is not located without.

@@ -216,6 +216,19 @@ bool use_polygon(std::optional<PolygonRim>&& rim, Blob& blob) {
   return true;
 }
 
+bool use_free_rim(std::optional<FreeRim>&& rim, Blob& blob) {
+  if (!rim) return false;
+  blob.merged = !rim->is_convex;
+  blob.centroid_px = rim->centre_px;
+  blob.covariance_px2 = rim->centre_covariance_px2;
+  blob.ellipse = ellipse_of(blob.centroid_px, rim->second_moments_px2);
+  blob.free_form = true;
+  blob.rim = std::move(rim->points);
+  blob.rim_covariance_px2 = rim->common_covariance_px2;
+  blob.light_response_px2 = rim->light_response_px2;
+  return true;
+}
+
 bool use_spot(const std::optional<Spot>& spot, double blur2, Blob& blob) {
   if (!spot) return false;
   blob.centroid_px = spot->centre_px;
@@ -261,7 +274,13 @@ void measure_centre(const Patch& patch, const Component& component, const Detect
                     blob)) {
       return;
     }
-    // Too small or too uneven for that, or its outline is another one.
+    if (options.free_forms &&
+        use_free_rim(clipped ? measure_saturated_free_rim(patch, component)
+                             : measure_free_rim(patch, component, std::sqrt(blur2)),
+                     blob)) {
+      return;
+    }
+    // Too small or too uneven for that.
     outline_centre = blob.merged ? quadrilateral_centre(patch, component) : std::nullopt;
     is_quadrilateral = outline_centre.has_value();
     if (is_quadrilateral) blob.merged = false;
@@ -295,7 +314,8 @@ Blob measure(const LinearImage& image, const Component& component, const DetectO
 
   bool is_quadrilateral = false;
   measure_centre(scratch, component, options, blob, is_quadrilateral);
-  if (!blob.rim.empty() && (blob.corners_px.empty() || !blob.cut_by_border)) return blob;
+  const bool whole = !blob.merged && !blob.cut_by_border;
+  if (blob.has_elliptical_rim() || (!blob.rim.empty() && whole)) return blob;
   const double dip = is_quadrilateral ? min_dip_of_quadrilateral : min_dip;
   blob.merged = blob.merged || has_valley(scratch, blob.ellipse, dip);
   if (blob.merged || blob.cut_by_border) {

@@ -13,6 +13,7 @@
 #include "libocc/core/internal/dense.hpp"
 #include "libocc/core/math.hpp"
 #include "libocc/detect/internal/ellipse_fit.hpp"
+#include "libocc/detect/internal/free_outline.hpp"
 #include "libocc/detect/internal/normal_table.hpp"
 #include "libocc/detect/internal/patch.hpp"
 #include "libocc/detect/internal/polygon.hpp"
@@ -85,6 +86,7 @@ struct Sums {
 };
 
 constexpr double clear_sigmas = 1.5;  // distance inside the rim with 93 % of the light [blur sigma]
+constexpr double free_clear_sigmas = 2.5;  // with 99 %
 // Min number of pixels for degree 0, 1 and 2: with fewer, extrapolation across the rim is unstable.
 constexpr int min_pixels = 4, plane_pixels = 30, paraboloid_pixels = 200;
 // Min number of pixels for degree 3 and 5: from this size on, the terms of that degree in the light
@@ -140,12 +142,6 @@ Terms right_side(const Sums<Degree>& sums, int used) {
     right[a] = sums.signal[i.u][i.v];
   }
   return right;
-}
-
-/// Maps the unit circle to the ellipse, as offsets from its centre.
-Eigen::Matrix2d ellipse_from_circle(const FittedConic& conic) {
-  const Eigen::Matrix2d root = core::Cholesky<Eigen::Matrix2d>(conic.shape).lower().transpose();
-  return root.inverse();
 }
 
 /// Inner part of an ellipse, or a ring along its rim.
@@ -209,6 +205,12 @@ class EllipseRegion {
   double shrink_, hollow_;
 };
 
+/// Unit direction of the largest second moment.
+Eigen::Vector2d direction_of(const Eigen::Matrix2d& moments) {
+  const double angle = 0.5 * std::atan2(2 * moments(0, 1), moments(0, 0) - moments(1, 1));
+  return {std::cos(angle), std::sin(angle)};
+}
+
 /// Inner part of a polygon.
 class PolygonRegion {
  public:
@@ -225,11 +227,7 @@ class PolygonRegion {
   }
   double area_px2() const { return polygon_.area_px2; }
   /// Unit direction of the longest extent.
-  Eigen::Vector2d direction() const {
-    const Eigen::Matrix2d& m = polygon_.second_moments_px2;
-    const double angle = 0.5 * std::atan2(2 * m(0, 1), m(0, 0) - m(1, 1));
-    return {std::cos(angle), std::sin(angle)};
-  }
+  Eigen::Vector2d direction() const { return direction_of(polygon_.second_moments_px2); }
   double operator()(double dx, double dy) const {
     return polygon_.coverage(polygon_.centroid_px + Eigen::Vector2d(dx, dy), blur_px_);
   }
@@ -272,6 +270,50 @@ class PolygonRegion {
   const Polygon& polygon_;
   double blur_px_, depth_px_;
 };
+
+/// Inner part of an outline of any shape.
+class FreeRegion {
+ public:
+  FreeRegion(const FreeOutline& outline, double blur_px, double depth_px)
+      : outline_(outline), blur_px_(blur_px), depth_px_(depth_px) {}
+
+  const Eigen::Vector2d& centre() const { return outline_.centroid_px(); }
+  double size_px() const { return outline_.reach_px(); }
+  double area_px2() const { return outline_.area_px2(); }
+  Eigen::Vector2d direction() const { return direction_of(outline_.second_moments_px2()); }
+  double operator()(double dx, double dy) const {
+    const Eigen::Vector2d& c = centre();
+    const double depth_px = outline_.depth_px(static_cast<int>(std::lround(c.x() + dx)),
+                                              static_cast<int>(std::lround(c.y() + dy)));
+    return NormalTable::get()(depth_px / blur_px_).below;
+  }
+
+  template <typename F>
+  void for_each_row(const Patch& patch, F&& f) const {
+    const int right = patch.x0() + patch.width() - 1;
+    for (int y = patch.y0(); y < patch.y0() + patch.height(); ++y)
+      for (int x = patch.x0(); x <= right; ++x) {
+        const int first = x;
+        while (x <= right && outline_.depth_px(x, y) >= depth_px_) ++x;
+        if (x > first) f(y, first, x - 1);
+      }
+  }
+
+  template <typename F>
+  void for_each_rim_point(F&& f) const {
+    for (const RimLine& line : outline_.lines())
+      f(Eigen::Vector2d(line.point(line.edge) - centre()), line.normal());
+  }
+
+ private:
+  const FreeOutline& outline_;
+  double blur_px_, depth_px_;
+};
+
+/// Regions whose light may be unknown across a direction: see the priors of fit_surface().
+template <typename Region>
+constexpr bool may_be_narrow =
+    std::is_same_v<Region, PolygonRegion> || std::is_same_v<Region, FreeRegion>;
 
 /// Variance of a pixel by the differences of neighbours in a row.
 double noise_between_neighbours(const Patch& patch, const PolygonRegion& region) {
@@ -374,7 +416,7 @@ std::optional<Plateau> Plateau::fit_surface(const Patch& patch, const Region& re
   const Terms right = right_side(sums, used);
   TermsSquared normal = normal_matrix(sums, used);
   plateau.level_ = sums.signal[0][0] / sums.power[0][0];
-  if constexpr (std::is_same_v<Region, PolygonRegion>) {
+  if constexpr (may_be_narrow<Region>) {
     const double level = plateau.level_;
     const double variance = std::max(patch.noise().variance(level), square(min_noise * level));
     const double information = variance / square(high_term_sigma * level);
@@ -412,39 +454,6 @@ double Plateau::level_covariance(const Eigen::Vector2d& a, const Eigen::Vector2d
       .dot(terms_covariance_ * terms_at((b - centre_) * scale_, used));
 }
 
-double hole_of(const Patch& patch, const FittedConic& conic) {
-  constexpr int rays = 12, max_steps = 24, step_px = 2;
-  constexpr double dark = 0.25, dark_sigmas = 4;  // dimmer by: of the level, of the noise
-  const Eigen::Matrix2d of_circle = ellipse_from_circle(conic);
-  const int steps =
-      std::clamp(static_cast<int>(conic.ellipse().semi_minor_px) / step_px, 1, max_steps);
-  std::array<Eigen::Vector2d, rays> step;  // from the centre to the rim
-  for (int k = 0; k < rays; ++k) {
-    const double angle = 2 * pi * k / rays;
-    step[static_cast<std::size_t>(k)] =
-        of_circle * Eigen::Vector2d(std::cos(angle), std::sin(angle)) / steps;
-  }
-  double brightest = 0;
-  for (int i = steps - 1; i >= 0; --i) {  // from the rim inwards
-    double sum = 0;
-    int seen = 0;
-    for (const Eigen::Vector2d& by : step) {
-      const int x = static_cast<int>(conic.centre.x() + i * by.x() + 0.5);
-      const int y = static_cast<int>(conic.centre.y() + i * by.y() + 0.5);
-      if (!patch.contains(x, y)) continue;
-      sum += *patch.at(x, y);
-      ++seen;
-    }
-    if (seen == 0) continue;
-    const double level = sum / seen, drop = brightest - level;
-    if (drop > dark * brightest &&
-        drop > dark_sigmas * std::sqrt(patch.noise().variance(brightest)))
-      return (i + 1.0) / steps;
-    brightest = std::max(brightest, level);
-  }
-  return 0;
-}
-
 std::optional<Plateau> Plateau::fit(const Patch& patch, const FittedConic& conic, double blur_px,
                                     double hole) {
   const Ellipse ellipse = conic.ellipse();
@@ -471,6 +480,20 @@ std::optional<Plateau> Plateau::fit(const Patch& patch, const Polygon& polygon, 
   if (region.size_px() < cubic_polygon_px) return fit_surface<2>(patch, region, blur_px);
   return region.size_px() < quintic_polygon_px ? fit_surface<3>(patch, region, blur_px)
                                                : fit_surface<5>(patch, region, blur_px);
+}
+
+std::optional<Plateau> Plateau::fit(const Patch& patch, const FreeOutline& outline,
+                                    double blur_px) {
+  // The outline is that at one level, which the gradient of the light tilts: pixels near it, whose
+  // coverage depends on that, are used only where there are no others.
+  for (const double depth_sigmas : {free_clear_sigmas, clear_sigmas}) {
+    const FreeRegion region(outline, blur_px, depth_sigmas * blur_px);
+    std::optional<Plateau> plateau = region.size_px() < cubic_polygon_px
+                                         ? fit_surface<2>(patch, region, blur_px)
+                                         : fit_surface<3>(patch, region, blur_px);
+    if (plateau) return plateau;
+  }
+  return std::nullopt;
 }
 
 }  // namespace occ::internal::detect

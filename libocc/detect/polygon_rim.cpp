@@ -39,25 +39,16 @@ constexpr double min_covered = 0.8;
 /// Points of each side.
 using SidePoints = std::vector<std::vector<RimPoint>>;
 
+std::vector<RimPoint> all_of(const SidePoints& points) {
+  std::vector<RimPoint> all;
+  for (const auto& side : points) all.insert(all.end(), side.begin(), side.end());
+  return all;
+}
+
 std::size_t count(const SidePoints& points) {
   std::size_t sum = 0;
   for (const auto& side : points) sum += side.size();
   return sum;
-}
-
-/// The shift s that fits moves m_i of the points along their normals best, for a unit gradient in
-/// x and y: minimises the sum of (n_i . s - m_i)^2.
-Eigen::Matrix2d shift_response(const SidePoints& points,
-                               const std::vector<Eigen::Vector2d>& moves) {
-  Eigen::Matrix2d normal = Eigen::Matrix2d::Zero(), right = Eigen::Matrix2d::Zero();
-  std::size_t k = 0;
-  for (const auto& side : points)
-    for (const RimPoint& point : side) {
-      normal += point.normal * point.normal.transpose();
-      right += point.normal * moves[k++].transpose();
-    }
-  normal.diagonal().array() += 1e-9 * normal.trace();  // all sides parallel
-  return normal.inverse() * right;
 }
 
 /// Shift of the polygon's centroid when a side moves outwards by one pixel: the area that it adds,
@@ -175,15 +166,10 @@ void finish(const SidePoints& points, PolygonRim& rim) {
 void add_plateau_noise(const RimModel& model, const RimProfiles& profiles, const SidePoints& points,
                        PolygonRim& rim) {
   const double pixel_variance = model.noise.variance(model.plateau.level());
-  const Eigen::Matrix2d response = shift_response(points, profiles.by_gradient);
+  const Eigen::Matrix2d response = shift_response(all_of(points), profiles.by_gradient);
   const double growth = profiles.by_level / static_cast<double>(count(points));
   if (model.plateau.uniform()) rim.light_response_px2 = -model.plateau.level() * response;
-  rim.common_covariance_px2(0, 0) =
-      growth * growth * pixel_variance * model.plateau.rim_level_variance();
-  rim.common_covariance_px2.block<2, 2>(1, 1) =
-      pixel_variance * response * model.plateau.gradient_covariance() * response.transpose();
-  rim.common_covariance_px2.bottomRightCorner<2, 2>() =
-      growth * growth * pixel_variance * model.plateau.rim_stretch_covariance();
+  rim.common_covariance_px2 = plateau_errors(model, growth, response);
   // Independent errors of four sides: half of their variance for a shift, less for growth and
   // stretch.
   rim.common_covariance_px2.diagonal().array() += square(edge_model_px) / 2;
@@ -203,7 +189,8 @@ void add_texture(double texture_px, PolygonRim& rim) {
 /// Adds the softness of each side to its points, as an error that is common to them. The centroid
 /// is that between the measured sides and those at the end of the light; soft sides opposite to
 /// each other, as of a tube, are about equally soft.
-void add_softness(const std::vector<double>& softness, const SidePoints& points, PolygonRim& rim) {
+void add_side_softness(const std::vector<double>& softness, const SidePoints& points,
+                       PolygonRim& rim) {
   constexpr double unequal = 0.1;
   Eigen::Vector2d shift = Eigen::Vector2d::Zero();
   std::size_t k = 0;
@@ -290,7 +277,7 @@ std::optional<PolygonRim> measure_polygon(const Patch& patch, const Component& c
         softness.push_back(softness_px(patch, *polygon, i, model.plateau.level(), blur_px));
       finish(points, rim);
       rim.is_whole = has_true_size(*polygon, softness);
-      add_softness(softness, points, rim);
+      add_side_softness(softness, points, rim);
       return rim;
     }
     if (pass + 1 >= max_sharp_polygon_passes && profiles.misfit() > max_misfit) return std::nullopt;
@@ -335,7 +322,7 @@ std::optional<PolygonRim> measure_saturated_polygon(const Patch& patch,
     for (const auto& side : points)
       for (const RimPoint& point : side)
         moves.push_back((point.px - depth_px * point.normal - polygon->centroid_px) / tail.slope);
-    rim.light_response_px2 = shift_response(points, moves);
+    rim.light_response_px2 = shift_response(all_of(points), moves);
     add_saturated_shift(tail_misfit(patch, all_lines, tail, level), tail.is_halo(radius_px),
                         rim.light_response_px2, rim.common_covariance_px2,
                         rim.centre_covariance_px2);

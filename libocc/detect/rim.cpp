@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <Eigen/LU>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 
@@ -20,44 +21,13 @@ constexpr double min_minor_px = 3;    // as min_rim_px in measure.cpp
 /// Geometric mean of the semi-axes.
 double size_of(const FittedConic& conic) { return std::pow(conic.shape.determinant(), -0.25); }
 
-/// Standard deviation of the growth of a rim whose edge is softer than the lens makes it, by the
-/// growth of its blur. A diffuser or a bezel that dims towards the rim moves the edge inwards by
-/// about as much; defocus does not, but looks the same.
-double soft_growth_px(double blur_px, double lens_blur_px) {
-  constexpr double certain = 1.2;  // times the lens' blur; it is not known better
-  return std::sqrt(std::max(0.0, square(blur_px) - square(certain * lens_blur_px)));
-}
-
-/// Adds the errors of a soft edge: its growth, a stretch, and a shift. Blur of sigma s moves the
-/// edge of a disc of radius R by s^2 / 2 R, and that of a motion differs between directions. A
-/// gradient of the light, of a few percent across the lamp, moves soft edges of opposite sides
-/// alike.
-void add_softness(double growth_px, Rim& rim) {
-  constexpr double shift = 0.01;
-  const double variance_px2 = square(shift * growth_px);
-  rim.common_covariance_px2.diagonal().segment<2>(1).array() += variance_px2;
-  rim.fit.centre_covariance_px2.diagonal().array() += variance_px2;
-  rim.common_covariance_px2(0, 0) += square(growth_px);
-  rim.common_covariance_px2.diagonal().tail<2>().array() +=
-      square(square(growth_px) / size_of(rim.fit.conic));
-}
-
-/// Adds the errors of the estimated plateau. An error of its level enlarges the whole rim, an error
-/// of its gradient shifts the points of opposite sides in the same direction, and an error of its
-/// curvature stretches the rim.
+/// Adds the errors of the estimated plateau.
 void add_plateau_noise(const RimModel& model, const RimProfiles& profiles, Rim& rim) {
-  const double pixel_variance = model.noise.variance(model.plateau.level());
   const Eigen::Matrix2d response = centre_response(rim.points, rim.fit.conic, profiles.by_gradient);
   const double growth = profiles.by_level / static_cast<double>(rim.points.size());
   if (model.plateau.uniform()) rim.light_response_px2 = -model.plateau.level() * response;
-  rim.common_covariance_px2(0, 0) =
-      growth * growth * pixel_variance * model.plateau.rim_level_variance();
-  const Eigen::Matrix2d shift =
-      pixel_variance * response * model.plateau.gradient_covariance() * response.transpose();
-  rim.common_covariance_px2.block<2, 2>(1, 1) = shift;
-  rim.common_covariance_px2.bottomRightCorner<2, 2>() =
-      growth * growth * pixel_variance * model.plateau.rim_stretch_covariance();
-  rim.fit.centre_covariance_px2 += shift;
+  rim.common_covariance_px2 = plateau_errors(model, growth, response);
+  rim.fit.centre_covariance_px2 += rim.common_covariance_px2.block<2, 2>(1, 1);
 }
 
 }  // namespace
@@ -78,6 +48,41 @@ void inflate_sigmas(Rim& rim) {
 }
 
 namespace {
+
+/// Size of the dark middle of a ring lamp, relative to the ellipse of its outer rim: the part from
+/// which on it is bright. 0 for a disc.
+double hole_of(const Patch& patch, const FittedConic& conic) {
+  constexpr int rays = 12, max_steps = 24, step_px = 2;
+  constexpr double dark = 0.25, dark_sigmas = 4;  // dimmer by: of the level, of the noise
+  const Eigen::Matrix2d of_circle = ellipse_from_circle(conic);
+  const int steps =
+      std::clamp(static_cast<int>(conic.ellipse().semi_minor_px) / step_px, 1, max_steps);
+  std::array<Eigen::Vector2d, rays> step;  // from the centre to the rim
+  for (int k = 0; k < rays; ++k) {
+    const double angle = 2 * pi * k / rays;
+    step[static_cast<std::size_t>(k)] =
+        of_circle * Eigen::Vector2d(std::cos(angle), std::sin(angle)) / steps;
+  }
+  double brightest = 0;
+  for (int i = steps - 1; i >= 0; --i) {  // from the rim inwards
+    double sum = 0;
+    int seen = 0;
+    for (const Eigen::Vector2d& by : step) {
+      const int x = static_cast<int>(conic.centre.x() + i * by.x() + 0.5);
+      const int y = static_cast<int>(conic.centre.y() + i * by.y() + 0.5);
+      if (!patch.contains(x, y)) continue;
+      sum += *patch.at(x, y);
+      ++seen;
+    }
+    if (seen == 0) continue;
+    const double level = sum / seen, drop = brightest - level;
+    if (drop > dark * brightest &&
+        drop > dark_sigmas * std::sqrt(patch.noise().variance(brightest)))
+      return (i + 1.0) / steps;
+    brightest = std::max(brightest, level);
+  }
+  return 0;
+}
 
 /// Fits the rim, starting from the outline. `dazzled`: share of the lines that were left out
 /// because of light outside the rim.
@@ -111,7 +116,8 @@ std::optional<Rim> fit_rim(const Patch& patch, FittedConic conic, double blur_px
       add_plateau_noise(model, profiles, rim);
       add_uneven_light(model, profiles, rim.common_covariance_px2, rim.fit.centre_covariance_px2);
       inflate_sigmas(rim);
-      add_softness(soft_growth_px(rim.blur_px, blur_px), rim);
+      add_softness(soft_growth_px(rim.blur_px, blur_px), size_of(rim.fit.conic),
+                   rim.common_covariance_px2, rim.fit.centre_covariance_px2);
       return rim;
     }
     if (pass + 1 >= max_sharp_passes && profiles.misfit() > max_misfit) return std::nullopt;

@@ -35,15 +35,17 @@ std::optional<Crossing> cross_plane(const LampInCam& lamp, const RimRay& ray) {
   return x;
 }
 
-// Signed distance of the intersection from the rim.
+// Value g of the intersection: zero on the rim, positive outside.
 struct Distance {
-  double metres;
-  Eigen::Vector3d outward;  // its gradient in the plane, unit
-  double along;             // outward . velocity, positive
+  double value;              // metres, or any other unit
+  Eigen::Vector3d gradient;  // in the plane, per metre
+  double along;              // gradient . velocity, positive
+  // Second derivative by the place in the lamp's frame, times the velocity.
+  Eigen::Vector3d bend = Eigen::Vector3d::Zero();
 };
 
-bool is_defined(double along, const Crossing& x) {
-  return along > 0 && along * along > min_sine * min_sine * x.velocity.squaredNorm();
+bool is_defined(double along, double gradient2, const Crossing& x) {
+  return along > 0 && along * along > min_sine * min_sine * gradient2 * x.velocity.squaredNorm();
 }
 
 std::optional<Distance> distance_from_circle(const LampInCam& lamp, const Crossing& x) {
@@ -51,8 +53,8 @@ std::optional<Distance> distance_from_circle(const LampInCam& lamp, const Crossi
   if (!(length > 0)) return std::nullopt;
   const Eigen::Vector3d outward = x.from_centre / length;
   const double along = outward.dot(x.velocity);
-  if (!is_defined(along, x)) return std::nullopt;
-  return Distance{length - lamp.radius_m, outward, along};
+  if (!is_defined(along, 1, x)) return std::nullopt;
+  return Distance{length - lamp.radius_m, outward, along, (x.velocity - along * outward) / length};
 }
 
 // Distance from the side that is nearest along the measured normal, of the sides through which the
@@ -62,37 +64,62 @@ std::optional<Distance> distance_from_rectangle(const LampInCam& lamp, const Cro
   for (int i = 0; i < 2; ++i) {
     const Eigen::Vector3d axis = i == 0 ? lamp.x_axis : lamp.normal.cross(lamp.x_axis);
     const double signed_along = axis.dot(x.velocity), along = std::abs(signed_along);
-    if (!is_defined(along, x)) continue;
+    if (!is_defined(along, 1, x)) continue;
     const Eigen::Vector3d outward = std::copysign(1.0, signed_along) * axis;
     const double metres = outward.dot(x.from_centre) - lamp.size_m[i] / 2;
-    if (!best || std::abs(metres) * best->along < std::abs(best->metres) * along) {
+    if (!best || std::abs(metres) * best->along < std::abs(best->value) * along) {
       best = Distance{metres, outward, along};
     }
   }
   return best;
 }
 
+// With u = |2x/a|, v = |2y/b| and the gauge G = (u^n + v^n)^(1/n), all derivatives are homogeneous:
+// G_u = (u/G)^(n-1), G_uu = (n-1) (u/G)^(n-2) (v/G)^n / G, and G_uv = -(n-1) (u v / G^2)^(n-1) / G.
+std::optional<Distance> distance_from_lame_curve(const LampInCam& lamp, const Crossing& x) {
+  constexpr double smallest = 1e-6;  // for n < 2 the curvature on an axis is infinite
+  const double n = lamp.exponent;
+  const Eigen::Vector3d axes[] = {lamp.x_axis, lamp.normal.cross(lamp.x_axis)};
+  Eigen::Vector2d size, sign;  // (u, v), and the derivatives of u and v by the place
+  for (int i = 0; i < 2; ++i) {
+    const double at = 2 * axes[i].dot(x.from_centre) / lamp.size_m[i];
+    size[i] = std::max(std::abs(at), smallest);
+    sign[i] = std::copysign(2 / lamp.size_m[i], at);
+  }
+  const double largest = size.maxCoeff();
+  const double gauge = largest * std::pow((size / largest).array().pow(n).sum(), 1 / n);
+  const Eigen::Array2d part = size.array() / gauge;
+  const Eigen::Array2d slope = part.pow(n - 1) * sign.array();
+  const Eigen::Vector3d gradient = slope[0] * axes[0] + slope[1] * axes[1];
+  const double along = gradient.dot(x.velocity);
+  if (!is_defined(along, gradient.squaredNorm(), x)) return std::nullopt;
+  Distance out{gauge - 1, gradient, along};
+  const Eigen::Vector2d moves(axes[0].dot(x.velocity), axes[1].dot(x.velocity));
+  const double mixed = -slope[0] * slope[1];
+  for (int i = 0; i < 2; ++i) {
+    const double own = sign[i] * sign[i] * std::pow(part[i], n - 2) * std::pow(part[1 - i], n);
+    out.bend += (n - 1) / gauge * (own * moves[i] + mixed * moves[1 - i]) * axes[i];
+  }
+  return out;
+}
+
 // d residual / d (rotation of the lamp about its centre, translation of its centre), for the
-// residual metres / (range u . v) with the outward direction u and the velocity v. The derivatives
-// of the range are n / (n . b) by the translation and -(P - C) / (n . b) by the normal. The
-// derivative of v by the normal is -b v^T / (n . b).
+// residual g / (range u . v) with the gradient u and the velocity v. The derivatives of the range
+// are n / (n . b) by the translation and -(P - C) / (n . b) by the normal. The derivative of v by
+// the normal is -b v^T / (n . b).
 Jacobian16 distance_jacobian(const LampInCam& lamp, const RimRay& ray, const Crossing& x,
                              const Distance& d) {
   const double inverse_scale = 1 / (x.range * d.along);
-  const double residual = d.metres * inverse_scale;
-  const double u_b = d.outward.dot(ray.bearing);
-  double by_range = u_b - residual * d.along;
-  Eigen::Vector3d by_translation = -d.outward;
+  const double residual = d.value * inverse_scale;
+  const double u_b = d.gradient.dot(ray.bearing);
+  const Eigen::Vector3d by_place = (residual * x.range) * d.bend;  // by the change of the gradient
+  const double by_range = u_b - residual * d.along - by_place.dot(ray.bearing);
+  Eigen::Vector3d by_translation = by_place - d.gradient;
   Eigen::Vector3d by_rotation = Eigen::Vector3d::Zero();
-  if (lamp.shape == LampShape::disc) {
-    // The direction u of a circle follows P - C: du = (I - u u^T) d(P - C) / |P - C|.
-    const Eigen::Vector3d d_outward =
-        (residual * x.range / (d.metres + lamp.radius_m)) * (x.velocity - d.along * d.outward);
-    by_range -= d_outward.dot(ray.bearing);
-    by_translation += d_outward;
-  } else {
-    // The direction u of a side rotates with the lamp.
-    by_rotation = d.outward.cross(x.from_centre - (residual * x.range) * x.velocity);
+  if (lamp.shape != LampShape::disc) {
+    // The gradient rotates with the lamp. A circle rotates about its axis only if its normal does.
+    by_rotation = d.gradient.cross(x.from_centre - (residual * x.range) * x.velocity) +
+                  x.from_centre.cross(by_place);
   }
   const Eigen::Vector3d by_normal =
       x.inverse_cosine * (residual * x.range * u_b * x.velocity - by_range * x.from_centre);
@@ -101,6 +128,20 @@ Jacobian16 distance_jacobian(const LampInCam& lamp, const RimRay& ray, const Cro
   Jacobian16 jacobian;
   jacobian << by_rotation.transpose(), by_translation.transpose();
   return inverse_scale * jacobian;
+}
+
+std::optional<Distance> distance_from_rim(const LampInCam& lamp, const Crossing& x) {
+  switch (lamp.shape) {
+    case LampShape::disc:
+      return distance_from_circle(lamp, x);
+    case LampShape::rectangle:
+      return distance_from_rectangle(lamp, x);
+    case LampShape::lame:
+      return distance_from_lame_curve(lamp, x);
+    case LampShape::point:
+      break;
+  }
+  return std::nullopt;
 }
 
 }  // namespace
@@ -123,7 +164,8 @@ LampInCam lamp_in_cam(const Lamp& lamp, const Rigid3& cam_from_world) {
           cam_from_world.rotation * lamp.normal,
           cam_from_world.rotation * lamp.x_axis,
           lamp.radius_m,
-          lamp.size_m};
+          lamp.size_m,
+          lamp.exponent};
 }
 
 std::optional<double> rim_distance_px(const LampInCam& lamp, const RimRay& ray,
@@ -138,12 +180,10 @@ std::optional<double> rim_distance_px(const LampInCam& lamp, const RimRay& ray,
   }
   const std::optional<Crossing> crossing = cross_plane(lamp, ray);
   if (!crossing) return std::nullopt;
-  const std::optional<Distance> distance = lamp.shape == LampShape::disc
-                                               ? distance_from_circle(lamp, *crossing)
-                                               : distance_from_rectangle(lamp, *crossing);
+  const std::optional<Distance> distance = distance_from_rim(lamp, *crossing);
   if (!distance) return std::nullopt;
   if (jacobian) *jacobian = distance_jacobian(lamp, ray, *crossing, *distance);
-  return distance->metres / (crossing->range * distance->along);
+  return distance->value / (crossing->range * distance->along);
 }
 
 std::optional<double> rim_distance_px(const Lamp& lamp, const Rigid3& cam_from_world,

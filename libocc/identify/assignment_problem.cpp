@@ -135,7 +135,7 @@ void measure_flux(const Blob& blob, const Scene& scene, BearingObservation& s) {
 // True if enough of a lamp is inside the image for the ellipse through its rim to give the centre.
 bool is_almost_whole(const Blob& blob) {
   constexpr double share = 0.7;
-  return !blob.rim.empty() && !blob.merged &&
+  return !blob.rim.empty() && !blob.merged && !blob.free_form &&
          blob.area_px > share * pi * blob.ellipse.semi_major_px * blob.ellipse.semi_minor_px;
 }
 

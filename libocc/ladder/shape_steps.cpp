@@ -117,7 +117,7 @@ Result<Rigid3> by_paa(const LadderProblem& p) {
   for (const Match& match : p.matches) {
     const Lamp& lamp = p.scene.lamps[match.lamp];
     const Blob& blob = p.blobs[match.blob];
-    if (lamp.shape != LampShape::disc || blob.rim.size() < 6) continue;
+    if (lamp.shape != LampShape::disc || blob.free_form || blob.rim.size() < 6) continue;
     Eigen::Matrix3Xd rays(3, static_cast<Eigen::Index>(blob.rim.size()));
     for (std::size_t i = 0; i < blob.rim.size(); ++i) {
       const auto ray = p.scene.camera.unproject(blob.rim[i].px);

@@ -404,6 +404,7 @@ Result<Fix> locate(const ImageView& image, const Scene& scene, const LocateOptio
   DetectOptions detect_options = options.detect;
   if (!detect_options.sensor) detect_options.sensor = valid.sensor;
   detect_options.polygons = detect_options.polygons && valid.has_straight_sides();
+  detect_options.free_forms = detect_options.free_forms || valid.has_free_forms();
   if (detect_options.colours.empty())
     detect_options.colours = internal::scene::stated_colours(valid.lamps);
   const std::vector<Blob> blobs = detect(image, detect_options);

@@ -74,10 +74,17 @@ void observe_softness(LampObservation& observation) {
 }
 
 /// True if the rim was measured as one of the lamp's shape. A small rectangle can have the rim of
-/// an ellipse, by the blur of its corners.
+/// an ellipse, by the blur of its corners. Lame curves resemble ellipses or rectangles.
 bool has_its_shape(const Lamp& lamp, const Blob& blob) {
+  if (lamp.shape == LampShape::lame) return true;
+  if (blob.free_form) return false;
   const bool ellipse = blob.corners_px.empty() && blob.ellipse.semi_minor_px > 0;
   return lamp.shape == LampShape::rectangle ? !ellipse : lamp.may_show(blob);
+}
+
+/// The image of a disc or an ellipse is an ellipse, which has five parameters.
+bool has_elliptical_image(const Lamp& lamp) {
+  return lamp.shape == LampShape::disc || (lamp.shape == LampShape::lame && lamp.exponent == 2);
 }
 
 /// True if the rim determines the lamp's position across all directions at least as well as the
@@ -96,7 +103,7 @@ bool determines_position(const Blob& blob) {
 bool uses_rim(const Lamp& lamp, const Blob& blob, const RefineOptions& options) {
   const std::size_t needed = blob.cut_by_border ? 1 : min_rim_points;
   return uses_rims(options.rung) && has_rim_distance(lamp.shape) && blob.rim.size() >= needed &&
-         has_its_shape(lamp, blob) && (blob.corners_px.empty() || determines_position(blob));
+         has_its_shape(lamp, blob) && (blob.has_elliptical_rim() || determines_position(blob));
 }
 
 void observe_rim(const Match& match, const Blob& blob, const Camera& camera,
@@ -119,8 +126,11 @@ void observe_centroid(const Match& match, const Blob& blob, double model_sigma_p
                       LampObservation& observation) {
   const double growth_px = blob.saturated ? saturated_sigma_px : 0;
   const double common_variance = model_sigma_px * model_sigma_px + growth_px * growth_px;
-  const Eigen::Matrix2d covariance =
-      blob.covariance_px2 + common_variance * Eigen::Matrix2d::Identity();
+  Eigen::Matrix2d covariance = blob.covariance_px2 + common_variance * Eigen::Matrix2d::Identity();
+  if (blob.free_form && !has_its_shape(*observation.lamp, blob)) {
+    const double spread_px = 0.25 * std::max(blob.x1 - blob.x0 + 1, blob.y1 - blob.y0 + 1);
+    covariance += square(spread_px) * Eigen::Matrix2d::Identity();  // part of it is hidden
+  }
   const bool positive = covariance(0, 0) > 0 && covariance.determinant() > 0;
   if (!positive || !covariance.allFinite()) {
     const std::string name = "blobs[" + std::to_string(match.blob) + "].covariance_px2";
@@ -215,7 +225,7 @@ int Observations::equations(const RefineOptions& options, Rung rung) const {
   int count = prior_equations(options), fluxes = 0;
   for (const LampObservation& o : lamps) {
     if (o.contradicts) continue;
-    const int most = o.lamp->shape == LampShape::disc ? 5 : 6;
+    const int most = has_elliptical_image(*o.lamp) ? 5 : 6;
     if (uses_rims(rung) && o.has_rim()) {
       count += std::min(most, static_cast<int>(o.rim_end - o.rim_begin));
     } else if (o.has_centroid) {

@@ -77,6 +77,14 @@ bool is_larger(const Eigen::Array2d& axes_px, const Blob& blob) {
          factor * std::sqrt(axes_px.prod()) + blur_px;
 }
 
+/// True if the ellipse of the blob was measured as one of the lamp's shape.
+bool has_shape_of(const Lamp& lamp, const Blob& blob) {
+  if (blob.rim.empty()) return false;
+  if (lamp.shape == LampShape::lame)
+    return lamp.exponent == 2 ? blob.has_elliptical_rim() : blob.free_form;
+  return lamp.shape == LampShape::disc && !blob.free_form;
+}
+
 /// Light of a seen lamp, and ln of the density ratio of its visibility: nearly edge-on a disc is
 /// too dark to be found, but for one in a hundred.
 std::pair<SeenLight, double> appearance(const Lamp& lamp, const Blob& blob,
@@ -90,7 +98,7 @@ std::pair<SeenLight, double> appearance(const Lamp& lamp, const Blob& blob,
   SeenLight light;
   light.flux = flux_ratio(lamp, blob, cam_from_world, scene);
   if (blob.striped || !(blob.ellipse.semi_minor_px > 0)) return {light, 0};
-  if (lamp.shape != LampShape::disc) {
+  if (lamp.shape != LampShape::disc && !has_shape_of(lamp, blob)) {
     if (blob.corners_px.size() == 4) return {light, 0};  // the corners say more, see add_corners
     const auto axes_px = predicted_light_axes_px(lamp, cam_from_world, scene.camera);
     if (axes_px) {
@@ -131,7 +139,7 @@ Eigen::Vector3d measured_shape(const Ellipse& ellipse) {
                   (ellipse.semi_major_px - ellipse.semi_minor_px) * along);
 }
 
-/// Shape of a disc's image; empty if the lamp is not visible. The root of M is
+/// Shape of the image of a disc or a Lame curve; empty if the lamp is not visible. The root of M is
 /// (M + sqrt(det M) I) / sqrt(trace M + 2 sqrt(det M)).
 std::optional<Eigen::Vector3d> predicted_shape(const Lamp& lamp, const Rigid3& cam_from_world,
                                                const Camera& camera) {
@@ -151,7 +159,7 @@ double common_growth_px(const Refined& refined, const std::vector<Blob>& blobs,
   for (const LampResidual& residual : refined.lamps) {
     const Lamp& lamp = scene.lamps[residual.match.lamp];
     const Blob& blob = blobs[residual.match.blob];
-    if (lamp.shape != LampShape::disc || !blob.saturated || blob.rim.empty()) continue;
+    if (!has_shape_of(lamp, blob) || !blob.saturated) continue;
     if (const auto shape = predicted_shape(lamp, refined.cam_from_world, scene.camera))
       growths_px.push_back((measured_shape(blob.ellipse) - *shape).head<2>().mean());
   }
@@ -196,7 +204,7 @@ void add_shape(const Lamp& lamp, const Blob& blob, const Rigid3& cam_from_world,
                double common_growth_px, SeenLamp& seen) {
   constexpr double min_growth_px = 2, relative = 0.003, step = 1e-6;
   const Camera& camera = scene.camera;
-  if (lamp.shape != LampShape::disc || blob.rim.empty() || blob.striped) return;
+  if (!has_shape_of(lamp, blob) || blob.striped) return;
   const auto shape = predicted_shape(lamp, cam_from_world, camera);
   if (!shape) return;
   for (int k = 0; k < 6; ++k) {

@@ -82,6 +82,12 @@ bool Scene::has_straight_sides() const {
   });
 }
 
+bool Scene::has_free_forms() const {
+  return std::any_of(lamps.begin(), lamps.end(), [](const Lamp& lamp) {
+    return lamp.shape == LampShape::lame && lamp.exponent != 2;
+  });
+}
+
 Eigen::Vector3d Scene::position_variance_m2(const Lamp& lamp) const {
   Eigen::Vector3d variance_m2 = Eigen::Vector3d::Zero();
   if (const auto own = position_sigma_m(lamp)) variance_m2 = own->cwiseAbs2();

@@ -71,7 +71,9 @@ struct LIBOCC_API Scene {
   std::optional<PerAxis> position_sigma_m(const Lamp& lamp) const {
     return lamp.position_sigma_m ? lamp.position_sigma_m : map_sigma_m;
   }
-  bool has_straight_sides() const;               ///< true if the image of a lamp may be a polygon
+  bool has_straight_sides() const;  ///< true if the image of a lamp may be a polygon
+  /// True if the image of a lamp may be neither an ellipse nor a convex polygon.
+  bool has_free_forms() const;
   Eigen::Vector3d mean_lamp_position_m() const;  ///< zero if there are no lamps
   /// Variances of the lamp's position along the axes of the world, with the shared errors.
   Eigen::Vector3d position_variance_m2(const Lamp& lamp) const;

@@ -126,6 +126,7 @@ const char* reason_without_view(const Blob& blob) {
   if (blob.cut_by_border) return "the border of the picture cuts it";
   if (blob.merged) return "it shows several lamps";
   if (blob.striped) return "its rim has stripes";
+  if (blob.free_form) return "its outline is neither an ellipse nor a convex polygon";
   if (blob.rim.size() < 8 || !(blob.ellipse.semi_minor_px > 0))
     return "it is too small for a measured rim";
   return "";

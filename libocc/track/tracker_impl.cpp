@@ -169,6 +169,7 @@ std::vector<Blob> TrackerImpl::detect_at(Job& job,
     options.colours = internal::scene::stated_colours(job.view.scene.lamps);
   options.rims = options.rims || (options_.locate.detect.rims && sizes_next_);
   options.polygons = options.polygons && job.view.scene.has_straight_sides();
+  options.free_forms = options.free_forms || job.view.scene.has_free_forms();
   double pixels = 0;
   const Camera& camera = job.view.scene.camera;
   const std::vector<PixelWindow> windows = windows_of(expected, camera, options_.gate_sigma);

@@ -35,6 +35,11 @@ class Canvas {
     add(point_coverage(px, sigma_px, width_, height()), flux_e);
   }
 
+  /// Adds the inside of a closed outline.
+  void add(const std::vector<Eigen::Vector2d>& outline_px, double psf_px, double level_e) {
+    add(coverage(outline_px, psf_px, width_, height()), level_e);
+  }
+
   /// Adds an ellipse whose major axis is rotated by angle_rad.
   void add_disc(const Eigen::Vector2d& px, double semi_major_px, double semi_minor_px,
                 double angle_rad, double psf_px, double level_e) {
@@ -46,7 +51,7 @@ class Canvas {
       rim.push_back(px + Eigen::Vector2d(u * std::cos(angle_rad) - v * std::sin(angle_rad),
                                          u * std::sin(angle_rad) + v * std::cos(angle_rad)));
     }
-    add(coverage(rim, psf_px, width_, height()), level_e);
+    add(rim, psf_px, level_e);
   }
 
   struct Noise {

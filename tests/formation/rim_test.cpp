@@ -27,6 +27,13 @@ Lamp tilted_rectangle() {
   return lamp;
 }
 
+Lamp tilted_curve(double exponent) {
+  Lamp lamp = tilted_rectangle();
+  lamp.shape = LampShape::lame;
+  lamp.exponent = exponent;
+  return lamp;
+}
+
 Rigid3 some_pose() { return {so3_exp({0.1, -0.15, 0.7}), {0.1, 0.05, 0.2}}; }
 
 /// Centre of the conic through the points, by least squares on its six coefficients.
@@ -210,7 +217,7 @@ TEST(LampCentre, JacobianAgreesWithDifferencesAndErrorsAreDetected) {
 }
 
 TEST(RimDistance, IsZeroOnTheRimAndTheOffsetNearIt) {
-  for (const Lamp& lamp : {tilted_disc(), tilted_rectangle()}) {
+  for (const Lamp& lamp : {tilted_disc(), tilted_rectangle(), tilted_curve(1.3), tilted_curve(4)}) {
     for (const Camera* camera : {&straight, &bent}) {
       for (const double offset : {0.0, 0.3, -0.3}) {
         const auto rim = test::exact_rim(lamp, some_pose(), *camera, 40, 0.05, offset);
@@ -220,7 +227,7 @@ TEST(RimDistance, IsZeroOnTheRimAndTheOffsetNearIt) {
           ASSERT_TRUE(ray);
           const auto distance = rim_distance_px(lamp, some_pose(), *ray);
           ASSERT_TRUE(distance);
-          EXPECT_NEAR(*distance, offset, offset == 0 ? 1e-9 : 2e-3);
+          EXPECT_NEAR(*distance, offset, offset == 0 ? 1e-9 : 3e-3);
         }
       }
     }
@@ -228,7 +235,7 @@ TEST(RimDistance, IsZeroOnTheRimAndTheOffsetNearIt) {
 }
 
 TEST(RimDistance, JacobianAgreesWithDifferencesAndErrorsAreDetected) {
-  for (const Lamp& lamp : {tilted_disc(), tilted_rectangle()}) {
+  for (const Lamp& lamp : {tilted_disc(), tilted_rectangle(), tilted_curve(1.3), tilted_curve(4)}) {
     for (const Camera* camera : {&straight, &bent}) {
       // 3 px off, so that the dependence of the scale on the pose matters
       for (const RimPoint& point : test::exact_rim(lamp, some_pose(), *camera, 16, 0.05, 3)) {

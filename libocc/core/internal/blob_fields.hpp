@@ -68,6 +68,8 @@ inline constexpr auto blob_fields = fields_of<Blob>(
           "(5, 5) covariance of the errors common to all rim points: growth along the normals, "
           "shift in x and in y, stretch along x and along the diagonal"),
     field("corners_px", &Blob::corners_px, "px", Unrestricted{},
-          "corners of a lamp with straight sides, clockwise in the image; empty for other shapes"));
+          "corners of a lamp with straight sides, clockwise in the image; empty for other shapes"),
+    field("free_form", &Blob::free_form, "", Unrestricted{},
+          "the rim is that of another shape than an ellipse or a convex polygon"));
 
 }  // namespace occ::internal::core

@@ -10,6 +10,7 @@
 
 #include "libocc/core/abi.hpp"
 #include "libocc/core/blob.hpp"
+#include "libocc/core/internal/dense.hpp"
 
 namespace occ::internal::detect {
 
@@ -47,5 +48,11 @@ std::optional<EllipseFit> fit_ellipse(const std::vector<RimPoint>& rim, const Fi
 /// its normal by moves[i][k].
 Eigen::Matrix2d centre_response(const std::vector<RimPoint>& rim, const FittedConic& conic,
                                 const std::vector<Eigen::Vector2d>& moves);
+
+/// Maps the unit circle to the ellipse, as offsets from its centre.
+inline Eigen::Matrix2d ellipse_from_circle(const FittedConic& conic) {
+  const Eigen::Matrix2d root = core::Cholesky<Eigen::Matrix2d>(conic.shape).lower().transpose();
+  return root.inverse();
+}
 
 }  // namespace occ::internal::detect

@@ -19,21 +19,19 @@ inline constexpr double level_depth = 0.564;
 
 inline constexpr double window_sigmas = 3;  ///< half width of a rim's profile [sigma of the blur]
 
+class FreeOutline;
 struct Polygon;
-
-/// Size of the dark middle of a ring lamp, relative to the ellipse of its outer rim: the part from
-/// which on it is bright. 0 for a disc.
-double hole_of(const Patch& patch, const FittedConic& conic);
 
 class Plateau {
  public:
   /// Least-squares fit to the pixels inside the rim that keep most of their light under the
   /// rim's blur: a polynomial of degree 0 to 3, depending on the number of pixels; degree 5 on a
   /// ring along the rim for large discs, whose brightness varies more. Empty for fewer than four
-  /// pixels. `hole`: of a ring lamp, its inner over its outer size (see hole_of); 0 for a disc.
+  /// pixels. `hole`: of a ring lamp, its inner over its outer size ; 0 for a disc.
   static std::optional<Plateau> fit(const Patch& patch, const FittedConic& conic, double blur_px,
                                     double hole = 0);
   static std::optional<Plateau> fit(const Patch& patch, const Polygon& polygon, double blur_px);
+  static std::optional<Plateau> fit(const Patch& patch, const FreeOutline& outline, double blur_px);
 
   /// Signal of the unblurred lamp at a pixel.
   double operator()(double x, double y) const {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <optional>
@@ -233,6 +234,57 @@ inline void add_uneven_light(const RimModel& model, const RimProfiles& profiles,
   const double variance = square(model.blur_px * slope2);
   rim_px2.diagonal().array() += variance;
   centre_px2.diagonal().array() += variance;
+}
+
+/// The shift s that fits moves m_i of the points along their normals best, for a unit gradient in
+/// x and y: minimises the sum of (n_i . s - m_i)^2.
+inline Eigen::Matrix2d shift_response(const std::vector<RimPoint>& points,
+                                      const std::vector<Eigen::Vector2d>& moves) {
+  Eigen::Matrix2d normal = Eigen::Matrix2d::Zero(), right = Eigen::Matrix2d::Zero();
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    normal += points[i].normal * points[i].normal.transpose();
+    right += points[i].normal * moves[i].transpose();
+  }
+  normal.diagonal().array() += 1e-9 * normal.trace();  // all sides parallel
+  return normal.inverse() * right;
+}
+
+/// Standard deviation of the growth of a rim whose edge is softer than the lens makes it, by the
+/// growth of its blur. A diffuser or a bezel that dims towards the rim moves the edge inwards by
+/// about as much; defocus does not, but looks the same.
+inline double soft_growth_px(double blur_px, double lens_blur_px) {
+  constexpr double certain = 1.2;  // times the lens' blur; it is not known better
+  return std::sqrt(std::max(0.0, square(blur_px) - square(certain * lens_blur_px)));
+}
+
+/// Adds the errors of a soft edge: its growth, a stretch, and a shift. Blur of sigma s moves the
+/// edge of a disc of radius R by s^2 / 2 R, and that of a motion differs between directions. A
+/// gradient of the light, of a few percent across the lamp, moves soft edges of opposite sides
+/// alike.
+inline void add_softness(double growth_px, double size_px, RimErrorCovariance& rim_px2,
+                         Eigen::Matrix2d& centre_px2) {
+  constexpr double shift = 0.01;
+  const double variance_px2 = square(shift * growth_px);
+  rim_px2.diagonal().segment<2>(1).array() += variance_px2;
+  centre_px2.diagonal().array() += variance_px2;
+  rim_px2(0, 0) += square(growth_px);
+  rim_px2.diagonal().tail<2>().array() += square(square(growth_px) / size_px);
+}
+
+/// Errors of a rim by those of the plateau. An error of its level enlarges the whole rim, an error
+/// of its gradient shifts the points of opposite sides in the same direction, and an error of its
+/// curvature stretches the rim. `growth`: of the rim per grey level; `response`: its shift per
+/// gradient.
+inline RimErrorCovariance plateau_errors(const RimModel& model, double growth,
+                                         const Eigen::Matrix2d& response) {
+  const double pixel_variance = model.noise.variance(model.plateau.level());
+  RimErrorCovariance errors = RimErrorCovariance::Zero();
+  errors(0, 0) = growth * growth * pixel_variance * model.plateau.rim_level_variance();
+  errors.block<2, 2>(1, 1) =
+      pixel_variance * response * model.plateau.gradient_covariance() * response.transpose();
+  errors.bottomRightCorner<2, 2>() =
+      growth * growth * pixel_variance * model.plateau.rim_stretch_covariance();
+  return errors;
 }
 
 }  // namespace occ::internal::detect

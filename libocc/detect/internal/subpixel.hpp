@@ -66,6 +66,25 @@ std::optional<PolygonRim> measure_polygon(const Patch& patch, const Component& c
 /// Measures a lamp with straight sides that is clipped at full scale, see measure_saturated_rim().
 std::optional<PolygonRim> measure_saturated_polygon(const Patch& patch, const Component& component);
 
+/// Rim of a lamp of any other shape, see free_outline.hpp.
+struct FreeRim {
+  std::vector<RimPoint> points;                                     ///< away from corners
+  Eigen::Vector2d centre_px = Eigen::Vector2d::Zero();              ///< centroid of the area
+  Eigen::Matrix2d centre_covariance_px2 = Eigen::Matrix2d::Zero();  ///< its covariance
+  Eigen::Matrix2d second_moments_px2 = Eigen::Matrix2d::Zero();     ///< central ones of the area
+  RimErrorCovariance common_covariance_px2 = RimErrorCovariance::Zero();
+  Eigen::Matrix2d light_response_px2 = Eigen::Matrix2d::Zero();
+  bool is_convex = true;  ///< false: the blob may be that of several lamps
+};
+
+/// Measures the outline of a lamp of any shape. Empty when it has no plateau, or too few places
+/// with a measurable edge. `blur_px`: initial value of the blur.
+std::optional<FreeRim> measure_free_rim(const Patch& patch, const Component& component,
+                                        double blur_px);
+
+/// Measures such a lamp that is clipped at full scale, see measure_saturated_rim().
+std::optional<FreeRim> measure_saturated_free_rim(const Patch& patch, const Component& component);
+
 /// Sets the normals to those of the ellipse through the points. Those of the pass before differ by
 /// its step, which correlates with the noise of the points.
 void align_normals(Rim& rim);

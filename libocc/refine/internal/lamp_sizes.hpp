@@ -19,7 +19,8 @@ namespace occ::internal::refine {
 inline bool is_whole(const Blob& blob) { return !blob.cut_by_border && !blob.merged; }
 
 /// Twice the covariance of points evenly spaced on a disc's rim in the image: the matrix of its
-/// squared semi-axes. Empty if the lamp is not visible.
+/// squared semi-axes. Of other shapes, four times the second moments of the area, as
+/// Blob::ellipse. Empty if the lamp is not visible.
 LIBOCC_API std::optional<Eigen::Matrix2d> image_moments_px2(const Lamp& lamp,
                                                             const Rigid3& cam_from_world,
                                                             const Camera& camera);

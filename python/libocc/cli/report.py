@@ -36,7 +36,7 @@ def sigma_px(blob: Blob) -> float:
 
 def flags(blob: Blob) -> list[str]:
     """Names of the flags that are set."""
-    named = ("saturated", "merged", "cut_by_border", "patterned", "striped")
+    named = ("saturated", "merged", "cut_by_border", "patterned", "striped", "free_form")
     return [name for name in named if getattr(blob, name)]
 
 
