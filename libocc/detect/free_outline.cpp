@@ -6,6 +6,7 @@
 #include <cmath>
 #include <utility>
 
+#include "libocc/core/internal/area_moments.hpp"
 #include "libocc/core/internal/dense.hpp"
 #include "libocc/core/math.hpp"
 #include "libocc/detect/internal/flood.hpp"
@@ -14,8 +15,7 @@
 namespace occ::internal::detect {
 namespace {
 
-constexpr double free_corner_sigmas =
-    2.5;  // points this close to a corner are not used [blur sigma]
+constexpr double free_corner_sigmas = 2.5;  // points closer to a corner are not used [blur sigma]
 // Curvature of a corner, in units of 1 / sigma of the blur: the shift of an evenly bent edge by its
 // blur is known to second order in it.
 constexpr double corner_curvature = 0.25;
@@ -42,13 +42,16 @@ double filled_share(const std::vector<Eigen::Vector2d>& outline, double area_px2
     pixels.push_back({std::lround(scale * px.x()), std::lround(scale * px.y())});
   std::sort(pixels.begin(), pixels.end(),
             [](const Pixel& a, const Pixel& b) { return a.y != b.y ? a.y < b.y : a.x < b.x; });
-  const std::vector<Pixel> hull = convex_hull(pixels);
-  double twice_area = 0;
-  for (std::size_t i = 0; i < hull.size(); ++i) {
-    const Pixel &a = hull[i], &b = hull[(i + 1) % hull.size()];
-    twice_area += static_cast<double>(a.x * b.y - a.y * b.x);
-  }
-  return area_px2 / (0.5 * std::abs(twice_area) / square(scale));
+  std::vector<Eigen::Vector2d> hull;
+  for (const Pixel& p : convex_hull(pixels))
+    hull.emplace_back(static_cast<double>(p.x) / scale, static_cast<double>(p.y) / scale);
+  return area_px2 / core::outline_moments(hull).area;
+}
+
+/// Distance from a pixel above a level to the level, towards a pixel below it.
+double part_above(const Patch& patch, double level, int x, int y, int dx, int dy) {
+  const double inside = *patch.at(x, y), outside = *patch.at(x + dx, y + dy);
+  return (inside - level) / (inside - outside);
 }
 
 }  // namespace
@@ -73,7 +76,6 @@ std::optional<FreeOutline> FreeOutline::trace(const Patch& patch, const Componen
   outline.follow(patch, level);
   outline.measure_area();
   if (outline.crossings_.size() < 2 * min_points || !(outline.area_px2_ > 0)) return std::nullopt;
-  outline.measure_depths(patch, level, blur_px);
   outline.leave_out_corners(blur_px);
   outline.fit_parabolas(blur_px);
   return outline;
@@ -92,20 +94,16 @@ FreeOutline::Crossing FreeOutline::crossing(const Patch& patch, double level, in
   if (!patch.contains(x + dx, y + dy)) {
     out.usable = false;
   } else {
-    const double inside = *patch.at(x, y), outside = *patch.at(x + dx, y + dy);
-    out.px += (inside - level) / (inside - outside) * Eigen::Vector2d(dx, dy);
+    out.px += part_above(patch, level, x, y, dx, dy) * Eigen::Vector2d(dx, dy);
   }
   // The far edge on the same row or column.
   int back = 0;
   while (contains(patch, x - (back + 1) * dx, y - (back + 1) * dy)) ++back;
   const int far_x = x - back * dx, far_y = y - back * dy;
   out.line.opposite = dx == 0 ? far_y : far_x;
-  if (patch.contains(far_x - dx, far_y - dy)) {
-    const double inside = *patch.at(far_x, far_y), outside = *patch.at(far_x - dx, far_y - dy);
-    out.line.opposite -= out.line.outward * (inside - level) / (inside - outside);
-  } else {
-    out.line.opposite = -out.line.outward * infinity;
-  }
+  out.line.opposite -= out.line.outward * (patch.contains(far_x - dx, far_y - dy)
+                                               ? part_above(patch, level, far_x, far_y, -dx, -dy)
+                                               : infinity);
   return out;
 }
 
@@ -133,30 +131,17 @@ void FreeOutline::follow(const Patch& patch, double level) {
 }
 
 void FreeOutline::measure_area() {
-  const Eigen::Vector2d origin = crossings_.front().px;
-  double twice_area = 0;
-  Eigen::Vector2d first = Eigen::Vector2d::Zero();
-  Eigen::Matrix2d second = Eigen::Matrix2d::Zero();
   std::vector<Eigen::Vector2d> outline;
-  for (std::size_t i = 0; i < crossings_.size(); ++i) {
-    const Eigen::Vector2d a = crossings_[i].px - origin;
-    const Eigen::Vector2d b = crossings_[(i + 1) % crossings_.size()].px - origin;
-    const double area = a.x() * b.y() - a.y() * b.x();
-    twice_area += area;
-    first += area * (a + b) / 6;
-    const Eigen::Vector2d sum = a + b;
-    second += area / 24 * (a * a.transpose() + b * b.transpose() + sum * sum.transpose());
-    perimeter_px_ += (b - a).norm();
-    outline.push_back(crossings_[i].px);
-  }
-  area_px2_ = 0.5 * twice_area;
+  for (const Crossing& c : crossings_) outline.push_back(c.px);
+  const core::OutlineMoments moments = core::outline_moments(outline);
+  area_px2_ = moments.area;
   if (!(area_px2_ > 0)) return;
-  const Eigen::Vector2d centre = first / area_px2_;
-  centroid_px_ = origin + centre;
-  second_moments_px2_ = second / area_px2_ - centre * centre.transpose();
-  reach_px_ = 0;
-  for (const Eigen::Vector2d& px : outline)
-    reach_px_ = std::max(reach_px_, (px - centroid_px_).norm());
+  centroid_px_ = moments.centroid;
+  second_moments_px2_ = moments.second;
+  for (std::size_t i = 0; i < outline.size(); ++i) {
+    perimeter_px_ += (outline[(i + 1) % outline.size()] - outline[i]).norm();
+    reach_px_ = std::max(reach_px_, (outline[i] - centroid_px_).norm());
+  }
   constexpr double min_filled = 0.97;  // noise and pixels take about a fifth of a pixel
   constexpr double ragged_px = 0.2;
   is_convex_ = filled_share(outline, area_px2_) >
@@ -175,9 +160,9 @@ void FreeOutline::measure_depths(const Patch& patch, double level, double blur_p
       for (int direction = 0; direction < 4; ++direction) {
         const auto [dx, dy] = border_steps[static_cast<std::size_t>(direction)];
         if (!patch.contains(x + dx, y + dy) || inside_[at(x + dx, y + dy)]) continue;
-        const double in = *patch.at(x, y), out = *patch.at(x + dx, y + dy);
         const Eigen::Vector2d edge =
-            Eigen::Vector2d(x, y) + (in - level) / (in - out) * Eigen::Vector2d(dx, dy);
+            Eigen::Vector2d(x, y) +
+            part_above(patch, level, x, y, dx, dy) * Eigen::Vector2d(dx, dy);
         for (int v = std::max(y0_, y - reach); v <= std::min(bottom, y + reach); ++v)
           for (int u = std::max(x0_, x - reach); u <= std::min(right, x + reach); ++u) {
             float& depth = depth_px_[at(u, v)];

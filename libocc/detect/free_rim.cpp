@@ -48,6 +48,7 @@ std::optional<FreeRim> measure_free_rim(const Patch& patch, const Component& com
     // Traced in each pass: level and blur change.
     std::optional<FreeOutline> outline = FreeOutline::trace(patch, component, level, blur_px);
     if (!outline) return std::nullopt;
+    outline->measure_depths(patch, level, blur_px);
     const std::optional<Plateau> plateau = Plateau::fit(patch, *outline, blur_px);
     if (!plateau || !(plateau->level() > 0)) return std::nullopt;
     level = 0.5 * plateau->level();

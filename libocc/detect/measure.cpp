@@ -280,7 +280,7 @@ void measure_centre(const Patch& patch, const Component& component, const Detect
                      blob)) {
       return;
     }
-    // Too small or too uneven for that.
+    // Too small or too uneven for that, or its outline is another one.
     outline_centre = blob.merged ? quadrilateral_centre(patch, component) : std::nullopt;
     is_quadrilateral = outline_centre.has_value();
     if (is_quadrilateral) blob.merged = false;

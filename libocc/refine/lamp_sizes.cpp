@@ -6,9 +6,9 @@
 #include <optional>
 #include <sstream>
 
+#include "libocc/core/internal/area_moments.hpp"
 #include "libocc/core/internal/dense.hpp"
 #include "libocc/formation/rim.hpp"
-#include "libocc/geometry/so3.hpp"
 
 namespace occ::internal::refine {
 namespace {
@@ -54,26 +54,6 @@ std::string message(const Lamp& lamp, const Blob& blob, const LampResidual& resi
   return text.str();
 }
 
-/// Second central moments of the area inside a closed outline.
-Eigen::Matrix2d area_moments_px2(const std::vector<Eigen::Vector2d>& outline,
-                                 const Camera& camera) {
-  double area = 0;
-  Eigen::Vector2d first = Eigen::Vector2d::Zero();
-  Eigen::Matrix2d second = Eigen::Matrix2d::Zero();
-  for (std::size_t i = 0; i < outline.size(); ++i) {
-    const Eigen::Vector2d a = camera.difference_px(outline[i], outline.front());
-    const Eigen::Vector2d b =
-        camera.difference_px(outline[(i + 1) % outline.size()], outline.front());
-    const Eigen::Vector2d sum = a + b;
-    const double part = cross_2d(a, b) / 2;
-    area += part;
-    first += part * sum / 3;
-    second += part / 12 * (a * a.transpose() + b * b.transpose() + sum * sum.transpose());
-  }
-  const Eigen::Vector2d mean = first / area;
-  return second / area - mean * mean.transpose();
-}
-
 }  // namespace
 
 std::optional<Eigen::Matrix2d> image_moments_px2(const Lamp& lamp, const Rigid3& cam_from_world,
@@ -82,7 +62,12 @@ std::optional<Eigen::Matrix2d> image_moments_px2(const Lamp& lamp, const Rigid3&
   const auto rim =
       project_rim(lamp, cam_from_world, camera, lamp.shape == LampShape::disc ? of_disc : of_curve);
   if (!rim) return std::nullopt;
-  if (lamp.shape != LampShape::disc) return 4 * area_moments_px2(*rim, camera);
+  if (lamp.shape != LampShape::disc) {
+    std::vector<Eigen::Vector2d> outline;
+    for (const Eigen::Vector2d& px : *rim)
+      outline.push_back(camera.difference_px(px, rim->front()));
+    return 4 * core::outline_moments(outline).second;
+  }
   Eigen::Vector2d mean = Eigen::Vector2d::Zero();
   Eigen::Matrix2d squares = Eigen::Matrix2d::Zero();
   for (const Eigen::Vector2d& px : *rim) {

@@ -166,15 +166,20 @@ TEST(LameCurve, FluxFollowsTheApertureFormula) {
   }
 }
 
+Scene room_of_curves(double exponent, const Eigen::Vector2d& size_m) {
+  Scene scene = irregular_room();
+  for (Lamp& lamp : scene.lamps) {
+    lamp.shape = LampShape::lame;
+    lamp.size_m = size_m;
+    lamp.exponent = exponent;
+  }
+  scene.validate();
+  return scene;
+}
+
 TEST(LameCurve, LampsAreLocatedByTheirRims) {
   for (const double n : {1.3, 2.0, 2.5, 4.0, 10.0}) {
-    Scene scene = irregular_room();
-    for (Lamp& lamp : scene.lamps) {
-      lamp.shape = LampShape::lame;
-      lamp.size_m = {0.4, 0.28};
-      lamp.exponent = n;
-    }
-    scene.validate();
+    const Scene scene = room_of_curves(n, {0.4, 0.28});
     constexpr int views = 8;
     double nees = 0;
     for (std::uint64_t seed = 0; seed < views; ++seed) {
@@ -192,6 +197,18 @@ TEST(LameCurve, LampsAreLocatedByTheirRims) {
     }
     EXPECT_LT(nees, 1.9) << n;  // chi-square of 24 degrees of freedom, one in a thousand
     EXPECT_GT(nees, 0.35) << n;
+  }
+}
+
+TEST(LameCurve, SmallLampsAreLocated) {
+  for (const double n : {1.3, 1.7, 2.5, 4.0, 10.0}) {
+    const Scene scene = room_of_curves(n, {0.2, 0.14});
+    const Rigid3 pose = look_at({1.7, 2.1, 0.5}, {1.9, 2.1, 3}, Eigen::Vector3d::UnitY());
+    const Rendered rendered = simulate(scene, pose);
+    const Result<Fix> fix = locate(rendered.image.view(), scene);
+    ASSERT_EQ(fix.status, Status::ok) << n << ": " << fix.message;
+    EXPECT_LT((fix->position_m - pose.origin_in_source()).norm(), 3e-3) << n;
+    EXPECT_EQ(fix->lamps.size(), 6u);
   }
 }
 

@@ -227,7 +227,9 @@ TEST(RimDistance, IsZeroOnTheRimAndTheOffsetNearIt) {
           ASSERT_TRUE(ray);
           const auto distance = rim_distance_px(lamp, some_pose(), *ray);
           ASSERT_TRUE(distance);
-          EXPECT_NEAR(*distance, offset, offset == 0 ? 1e-9 : 3e-3);
+          // The second order of a curve is larger where it bends most.
+          const double near = lamp.shape == LampShape::lame ? 3e-3 : 2e-3;
+          EXPECT_NEAR(*distance, offset, offset == 0 ? 1e-9 : near);
         }
       }
     }

@@ -42,12 +42,15 @@ class FreeOutline {
   };
   Fitted fitted() const;
 
+  /// Computes depth_px(), for the level of trace().
+  void measure_depths(const Patch& patch, double level, double blur_px);
+
   /// Distance inside the nearest edge (also that of a hole), negative outside. Exact up to a few
   /// sigmas of the blur; infinite farther inside.
   double depth_px(int x, int y) const { return depth_px_[at(x, y)]; }
 
   double area_px2() const { return area_px2_; }
-  const Eigen::Vector2d& centroid_px() const { return centroid_px_; }  ///< of the area
+  const Eigen::Vector2d& centroid_px() const { return centroid_px_; }  ///< centroid of the area
   const Eigen::Matrix2d& second_moments_px2() const { return second_moments_px2_; }  ///< central
   double reach_px() const { return reach_px_; }  ///< distance of the farthest point from there
   /// Covariance of the centroid by the noise of the fitted points; unmeasured parts of the outline
@@ -84,7 +87,6 @@ class FreeOutline {
   Crossing crossing(const Patch& patch, double level, int x, int y, int direction) const;
   void follow(const Patch& patch, double level);
   void measure_area();
-  void measure_depths(const Patch& patch, double level, double blur_px);
   void leave_out_corners(double blur_px);
   void fit_parabolas(double blur_px);
   bool fit_parabola(std::size_t k, double reach_px, Crossing& out) const;

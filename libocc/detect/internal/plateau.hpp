@@ -27,10 +27,11 @@ class Plateau {
   /// Least-squares fit to the pixels inside the rim that keep most of their light under the
   /// rim's blur: a polynomial of degree 0 to 3, depending on the number of pixels; degree 5 on a
   /// ring along the rim for large discs, whose brightness varies more. Empty for fewer than four
-  /// pixels. `hole`: of a ring lamp, its inner over its outer size ; 0 for a disc.
+  /// pixels. `hole`: of a ring lamp, its inner over its outer size; 0 for a disc.
   static std::optional<Plateau> fit(const Patch& patch, const FittedConic& conic, double blur_px,
                                     double hole = 0);
   static std::optional<Plateau> fit(const Patch& patch, const Polygon& polygon, double blur_px);
+  /// Needs FreeOutline::measure_depths().
   static std::optional<Plateau> fit(const Patch& patch, const FreeOutline& outline, double blur_px);
 
   /// Signal of the unblurred lamp at a pixel.
