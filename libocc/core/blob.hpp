@@ -52,6 +52,10 @@ struct Blob {
   /// by light, or a saturated rim has grown more on its brighter side. Zero if the gradient was
   /// measured.
   Eigen::Matrix2d light_response_px2 = Eigen::Matrix2d::Zero();
+  /// Outward displacement of the points of an over-exposed rim per ln of the lamp's brightness
+  /// rim_light_depth_px inside the rim. Zero for other rims.
+  double rim_light_response_px = 0;
+  double rim_light_depth_px = 0;       ///< distance from such a rim of the light that moves it
   double flux_dn = 0;                  ///< sum of grey levels above the background
   double flux_sigma_dn = 0;            ///< its standard deviation
   double peak_dn = 0;                  ///< brightest pixel, background included

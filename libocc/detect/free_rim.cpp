@@ -110,11 +110,9 @@ std::optional<FreeRim> measure_saturated_free_rim(const Patch& patch, const Comp
   if (fitted.points.size() < min_free_points) return std::nullopt;
   FreeRim rim = finish(*outline, std::move(fitted));
   const double radius_px = std::sqrt(outline->area_px2() / pi);
-  const double depth_px = tail.depth_within(radius_px);
-  std::vector<Eigen::Vector2d> moves;
-  for (const RimPoint& point : rim.points)
-    moves.push_back((point.px - depth_px * point.normal - rim.centre_px) / tail.slope);
-  rim.light_response_px2 = shift_response(rim.points, moves);
+  rim.point_response = tail.light_response(radius_px);
+  rim.light_response_px2 =
+      shift_response(rim.points, rim.point_response.moves(rim.points, rim.centre_px));
   add_saturated_shift(tail_misfit(patch, lines, tail, level), tail.is_halo(radius_px),
                       rim.light_response_px2, rim.common_covariance_px2, rim.centre_covariance_px2);
   return rim;

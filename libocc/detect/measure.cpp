@@ -189,6 +189,15 @@ void measure_moments(const Patch& patch, const Component& component, double blur
       (about_mean - responding.sum * blur2 * Eigen::Matrix2d::Identity()) / light.sum;
 }
 
+/// `Shape`: Rim, PolygonRim or FreeRim.
+template <typename Shape>
+void use_points(Shape& rim, Blob& blob) {
+  blob.rim = std::move(rim.points);
+  blob.rim_covariance_px2 = rim.common_covariance_px2;
+  blob.rim_light_response_px = rim.point_response.response_px;
+  blob.rim_light_depth_px = rim.point_response.depth_px;
+}
+
 bool use_rim(std::optional<Rim>&& rim, Blob& blob) {
   if (!rim) return false;
   blob.merged = rim->merged;
@@ -196,8 +205,7 @@ bool use_rim(std::optional<Rim>&& rim, Blob& blob) {
   blob.centroid_px = rim->fit.conic.centre;
   blob.covariance_px2 = rim->fit.centre_covariance_px2;
   blob.ellipse = rim->fit.conic.ellipse();
-  blob.rim = std::move(rim->points);
-  blob.rim_covariance_px2 = rim->common_covariance_px2;
+  use_points(*rim, blob);
   blob.light_response_px2 = rim->light_response_px2;
   return true;
 }
@@ -211,8 +219,7 @@ bool use_polygon(std::optional<PolygonRim>&& rim, Blob& blob) {
   blob.light_response_px2 = rim->light_response_px2;
   if (!rim->is_whole) return true;  // only its centre is known
   blob.corners_px = rim->polygon.corners_px;
-  blob.rim = std::move(rim->points);
-  blob.rim_covariance_px2 = rim->common_covariance_px2;
+  use_points(*rim, blob);
   return true;
 }
 
@@ -223,8 +230,7 @@ bool use_free_rim(std::optional<FreeRim>&& rim, Blob& blob) {
   blob.covariance_px2 = rim->centre_covariance_px2;
   blob.ellipse = ellipse_of(blob.centroid_px, rim->second_moments_px2);
   blob.free_form = true;
-  blob.rim = std::move(rim->points);
-  blob.rim_covariance_px2 = rim->common_covariance_px2;
+  use_points(*rim, blob);
   blob.light_response_px2 = rim->light_response_px2;
   return true;
 }

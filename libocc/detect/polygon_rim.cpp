@@ -317,12 +317,10 @@ std::optional<PolygonRim> measure_saturated_polygon(const Patch& patch,
     PolygonRim rim;
     rim.polygon = *polygon;
     const double radius_px = std::sqrt(polygon->area_px2 / pi);
-    const double depth_px = tail.depth_within(radius_px);
-    std::vector<Eigen::Vector2d> moves;
-    for (const auto& side : points)
-      for (const RimPoint& point : side)
-        moves.push_back((point.px - depth_px * point.normal - polygon->centroid_px) / tail.slope);
-    rim.light_response_px2 = shift_response(all_of(points), moves);
+    const std::vector<RimPoint> all_points = all_of(points);
+    rim.point_response = tail.light_response(radius_px);
+    rim.light_response_px2 =
+        shift_response(all_points, rim.point_response.moves(all_points, polygon->centroid_px));
     add_saturated_shift(tail_misfit(patch, all_lines, tail, level), tail.is_halo(radius_px),
                         rim.light_response_px2, rim.common_covariance_px2,
                         rim.centre_covariance_px2);

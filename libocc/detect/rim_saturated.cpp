@@ -11,16 +11,6 @@ namespace {
 
 constexpr double min_saturated_minor_px = 2;  // min semi-minor axis
 
-/// Response of the centre to a gradient of the lamp's light. Where the light is stronger by a
-/// relative amount p, the rim at a fixed level is p / decay further outside.
-Eigen::Matrix2d light_response(const Rim& rim, const Tail& tail) {
-  const double depth_px = tail.depth_within(rim.fit.conic.ellipse().semi_minor_px);
-  std::vector<Eigen::Vector2d> moves;
-  for (const RimPoint& point : rim.points)
-    moves.push_back((point.px - depth_px * point.normal - rim.fit.conic.centre) / tail.slope);
-  return centre_response(rim.points, rim.fit.conic, moves);
-}
-
 }  // namespace
 
 std::optional<Rim> measure_saturated_rim(const Patch& patch, const Component& component) {
@@ -49,7 +39,11 @@ std::optional<Rim> measure_saturated_rim(const Patch& patch, const Component& co
     rim.fit = *fit;
     if (settled) {
       align_normals(rim);
-      rim.light_response_px2 = light_response(rim, tail);
+      // With light that is stronger by a relative amount p, the rim at a fixed level is p / decay
+      // further outside.
+      rim.point_response = tail.light_response(conic.ellipse().semi_minor_px);
+      rim.light_response_px2 =
+          centre_response(rim.points, conic, rim.point_response.moves(rim.points, conic.centre));
       inflate_sigmas(rim);
       add_saturated_shift(tail_misfit(patch, lines, tail, level),
                           tail.is_halo(conic.ellipse().semi_minor_px), rim.light_response_px2,

@@ -12,7 +12,7 @@
 #include "libocc/core/internal/robust_loss.hpp"
 #include "libocc/core/math.hpp"
 #include "libocc/geometry/so3.hpp"
-#include "libocc/refine/internal/predicted_centroid.hpp"
+#include "libocc/refine/internal/rim_light.hpp"
 
 namespace occ::internal::refine {
 namespace {
@@ -197,8 +197,7 @@ int LampRim::linearise_rim(const State& state, const Eigen::Vector3d& pivot) {
   const LampInCam in_cam = lamp_at(state.cam_from_world);
   if (lamp_.errors)
     unit_motion_ = unit_motion(*lamp_.errors, in_cam, error_[6], state.cam_from_world);
-  const Eigen::Vector2d shift =
-      light_shift_px(*lamp_.lamp, *lamp_.blob, state.cam_from_world, scene_);
+  const RimLight light(*lamp_.lamp, *lamp_.blob, state.cam_from_world, scene_);
   const double growth_slope = all_.grows(lamp_) ? -1 : 0;
   arm_ = in_cam.centre_m - pivot;
   lost_ = 0;
@@ -214,8 +213,10 @@ int LampRim::linearise_rim(const State& state, const Eigen::Vector3d& pivot) {
     }
     if (weights_[i] == 0) weights_[i] = 1;
     if (all_.shared_errors.camera_count() > 0) linearise_on_rim(i, *distance, in_cam, d_lamp);
-    const double off = *distance + growth_slope * state.growth_px - points_[i].normal.dot(shift);
-    rows_.col(i) << d_lamp.transpose(), growth_slope, off, common_errors(points_[i].normal);
+    const Eigen::Vector2d& normal = points_[i].normal;
+    const double off = *distance + growth_slope * state.growth_px -
+                       normal.dot(light.displacement_px(points_[i].px, normal));
+    rows_.col(i) << d_lamp.transpose(), growth_slope, off, common_errors(normal);
     rows_.col(i) *= points_[i].inverse_sigma;
   }
   if (all_.shared_errors.count() > 0) {
@@ -428,8 +429,7 @@ double LampRim::robust_excess() const {
 double LampRim::chi2(const State& state, Eigen::VectorXd* by_shared) {
   if (has_errors()) return chi2_with_errors(state, by_shared);
   const LampInCam in_cam = lamp_in_cam(*lamp_.lamp, state.cam_from_world);
-  const Eigen::Vector2d shift =
-      light_shift_px(*lamp_.lamp, *lamp_.blob, state.cam_from_world, scene_);
+  const RimLight light(*lamp_.lamp, *lamp_.blob, state.cam_from_world, scene_);
   const double growth_px = all_.grows(lamp_) ? state.growth_px : 0;
   double sum = 0, lost = 0;
   RimErrors pull = RimErrors::Zero();
@@ -440,10 +440,12 @@ double LampRim::chi2(const State& state, Eigen::VectorXd* by_shared) {
       lost += lost_chi2;
       continue;
     }
-    const double off = *distance - growth_px - points_[i].normal.dot(shift);
+    const Eigen::Vector2d& normal = points_[i].normal;
+    const double off =
+        *distance - growth_px - normal.dot(light.displacement_px(points_[i].px, normal));
     const double residual = off * points_[i].inverse_sigma;
     sum += weights_[i] * residual * residual;
-    pull += weights_[i] * residual * points_[i].inverse_sigma * common_errors(points_[i].normal);
+    pull += weights_[i] * residual * points_[i].inverse_sigma * common_errors(normal);
   }
   return sum - pull.dot(common_gain_ * pull) + lost;
 }

@@ -4,6 +4,7 @@
 #include <cstddef>
 
 #include "libocc/refine/internal/predicted_centroid.hpp"
+#include "libocc/refine/internal/rim_light.hpp"
 
 namespace occ::internal::refine {
 namespace {
@@ -72,7 +73,8 @@ std::optional<std::vector<Blob>> without_light_gradient(const Rigid3& cam_from_w
     const Eigen::Vector2d shift_px = light_shift_px(lamp, measured, cam_from_world, scene);
     Blob& moved = (*out)[i];
     moved.centroid_px = measured.centroid_px + shift_px;
-    for (RimPoint& point : moved.rim) point.px += shift_px;
+    const RimLight light(lamp, measured, cam_from_world, scene);
+    for (RimPoint& point : moved.rim) point.px += light.displacement_px(point.px, point.normal);
   });
   return out;
 }

@@ -66,7 +66,8 @@ VALUES: dict[type, dict[str, Any]] = {
     rendering.Ellipse: ELLIPSE,
     rendering.BlobColour: COLOUR,
     occ.Blob: dict(
-        centroid_px=[3, 4], covariance_px2=[[1, 0.5], [0.5, 2]], light_response_px2=[[1, 2], [3, 4]], flux_dn=1,
+        centroid_px=[3, 4], covariance_px2=[[1, 0.5], [0.5, 2]], light_response_px2=[[1, 2], [3, 4]],
+        rim_light_response_px=0.5, rim_light_depth_px=1, flux_dn=1,
         flux_sigma_dn=2, peak_dn=3, background_dn=4, noise_dn=5, area_px=6, x0=1, y0=2, x1=3, y1=4,
         ellipse=rendering.Ellipse(**ELLIPSE), rim=np.arange(10.0).reshape(2, 5), corners_px=[[1, 2], [3, 4]],
         rim_covariance_px2=np.diag([1, 2, 3, 4, 5]), saturated=True, merged=True, cut_by_border=True, striped=True,

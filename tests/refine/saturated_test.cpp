@@ -104,7 +104,10 @@ Nees mean_nees(const Exposure& exposure, int frames, bool aware = true) {
     std::vector<Blob> blobs = detect(image.view(), detect_options);
     std::vector<Match> matches;
     for (std::size_t b = 0; b < blobs.size(); ++b) {
-      if (!aware) blobs[b].light_response_px2.setZero();
+      if (!aware) {
+        blobs[b].light_response_px2.setZero();
+        blobs[b].rim_light_response_px = 0;
+      }
       for (std::size_t l = 0; l < truth.size(); ++l)
         if (truth[l].whole && (blobs[b].centroid_px - truth[l].image_centre_px).norm() < 3)
           matches.push_back({static_cast<int>(l), static_cast<int>(b)});
@@ -157,6 +160,55 @@ TEST(SlowRefineSaturated, ErrorsAreNoLargerThanStatedUnderAPsfThatIsSampledAtPix
 TEST(RefineSaturated, ARimGrowsByMoreWhereTheLampIsBrighter) {
   EXPECT_LT(mean_nees({0.8, 8}, 5).position, 3);
   EXPECT_GT(mean_nees({0.8, 8}, 5, false).position, 10);
+}
+
+// The brighter end of a long lamp is wider, which is no shift. Two panels near the corners of the
+// image determine the pose weakly.
+TEST(RefineSaturated, LongLampsAreWithinTheirSigma) {
+  Scene scene = exposed({0.8, 4});
+  scene.lamps.clear();
+  for (const double side : {-1.0, 1.0}) {
+    Lamp lamp;
+    lamp.id = side > 0;
+    lamp.shape = LampShape::rectangle;
+    lamp.centre_m = {2 + side * 0.9, 2 + side * 0.6, 3};
+    lamp.normal = -Eigen::Vector3d::UnitZ();
+    lamp.x_axis = {std::cos(0.5 + side), std::sin(0.5 + side), 0};
+    lamp.size_m = {0.6, 0.3};
+    lamp.power_w = 17 * pi * lamp.area_m2();
+    scene.lamps.push_back(lamp);
+  }
+  DetectOptions detect_options;
+  detect_options.sensor = scene.sensor;
+  detect_options.polygons = true;
+  constexpr int frames = 10;
+  double nees = 0, nees_of_shift = 0;
+  for (int n = 0; n < frames; ++n) {
+    const Rigid3 pose = look_at({1.9 + 0.02 * n, 2.1, 1.2}, {2, 2, 3}, Eigen::Vector3d::UnitY());
+    SimulateOptions options;
+    options.seed = static_cast<std::uint64_t>(n);
+    const Rendered seen = simulate(scene, pose, options);
+    std::vector<Blob> blobs = detect(seen.image.view(), detect_options);
+    std::vector<Match> matches;
+    for (std::size_t b = 0; b < blobs.size(); ++b)
+      for (std::size_t l = 0; l < scene.lamps.size(); ++l)
+        if ((blobs[b].centroid_px - seen.lamps[l].image_centre_px).norm() < 5)
+          matches.push_back({static_cast<int>(l), static_cast<int>(b)});
+    ASSERT_EQ(matches.size(), 2u);
+    const auto nees_of = [&] {
+      const auto refined = refine(pose, matches, blobs, scene);
+      EXPECT_TRUE(refined.ok()) << refined.message;
+      return test::nees(difference(refined->cam_from_world, pose), refined->covariance);
+    };
+    nees += nees_of();
+    for (Blob& blob : blobs) {
+      EXPECT_GT(blob.rim_light_response_px, 0.1);
+      blob.rim_light_response_px = 0;
+    }
+    nees_of_shift += nees_of();
+  }
+  EXPECT_LT(nees, test::chi2_interval(6.0 * frames).second);
+  EXPECT_GT(nees_of_shift, 1.5 * test::chi2_interval(6.0 * frames).second);
 }
 
 // Phones correct cos^4 in software.

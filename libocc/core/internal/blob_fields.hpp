@@ -30,6 +30,11 @@ inline constexpr auto blob_fields = fields_of<Blob>(
           "covariance of the centroid"),
     field("light_response_px2", &Blob::light_response_px2, "px per 1/px", Unrestricted{},
           "shift of centroid and rim per relative gradient of the lamp's brightness"),
+    field("rim_light_response_px", &Blob::rim_light_response_px, "px", Unrestricted{},
+          "outward displacement of the points of an over-exposed rim per ln of the lamp's "
+          "brightness at a depth of rim_light_depth_px"),
+    field("rim_light_depth_px", &Blob::rim_light_depth_px, "px", Unrestricted{},
+          "depth inside an over-exposed rim of the light that determines its place"),
     field("flux_dn", &Blob::flux_dn, "grey levels", Unrestricted{}, "sum above the background"),
     field("flux_sigma_dn", &Blob::flux_sigma_dn, "grey levels", Unrestricted{},
           "standard deviation of the flux"),

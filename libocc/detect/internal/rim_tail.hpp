@@ -53,6 +53,10 @@ struct Tail {
     return is_halo(radius_px) ? 0.5 * radius_px : depth();
   }
 
+  RimLightResponse light_response(double radius_px) const {
+    return {1 / slope, depth_within(radius_px)};
+  }
+
   /// Distance at which the signal has the rim's level; small when the ellipse has converged.
   double rim() const { return std::clamp(offset / decay(0.5 * offset / slope), -1.0, 1.0); }
 };

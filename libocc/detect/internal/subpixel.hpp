@@ -30,12 +30,28 @@ namespace occ::internal::detect {
 /// A pixel of this share of full scale counts as clipped.
 inline constexpr double clipped_share = 0.97;
 
+/// Response of the points of an over-exposed rim to the lamp's light, see
+/// Blob::rim_light_response_px.
+struct RimLightResponse {
+  double response_px = 0, depth_px = 0;
+
+  /// Moves of the points by a relative gradient of 1 per pixel in x and y.
+  std::vector<Eigen::Vector2d> moves(const std::vector<RimPoint>& points,
+                                     const Eigen::Vector2d& centre_px) const {
+    std::vector<Eigen::Vector2d> out;
+    for (const RimPoint& point : points)
+      out.push_back(response_px * (point.px - depth_px * point.normal - centre_px));
+    return out;
+  }
+};
+
 struct Rim {
   std::vector<RimPoint> points;
   EllipseFit fit;
   RimErrorCovariance common_covariance_px2 =
       RimErrorCovariance::Zero();                                ///< see Blob::rim_covariance_px2
   Eigen::Matrix2d light_response_px2 = Eigen::Matrix2d::Zero();  ///< see Blob::light_response_px2
+  RimLightResponse point_response;                               ///< over-exposed rims only
   double blur_px = 0;   ///< sigma of the edge, pixel box included; 0 when saturated
   bool merged = false;  ///< the outline is not one ellipse; `points` is empty then
 };
@@ -55,6 +71,7 @@ struct PolygonRim {
       Eigen::Matrix2d::Zero();  ///< covariance of the polygon's centroid
   RimErrorCovariance common_covariance_px2 = RimErrorCovariance::Zero();
   Eigen::Matrix2d light_response_px2 = Eigen::Matrix2d::Zero();
+  RimLightResponse point_response;
   bool is_whole = true;  ///< false: a side may lie farther outside by a part of the lamp's size
 };
 
@@ -74,6 +91,7 @@ struct FreeRim {
   Eigen::Matrix2d second_moments_px2 = Eigen::Matrix2d::Zero();     ///< central ones of the area
   RimErrorCovariance common_covariance_px2 = RimErrorCovariance::Zero();
   Eigen::Matrix2d light_response_px2 = Eigen::Matrix2d::Zero();
+  RimLightResponse point_response;
   bool is_convex = true;  ///< false: the blob may be that of several lamps
 };
 

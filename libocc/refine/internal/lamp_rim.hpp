@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// One lamp's rim in the normal equations. Residuals: r = (d - growth - n . s) / sigma, with d the
-// distance along the measured normal n, and s the shift by the gradient of the lamp's light. An
-// error o ~ N(0, S) common to the lamp (Blob::rim_covariance_px2: growth of its rim, shift and
+// One lamp's rim in the normal equations. Residuals: r = (d - growth - m) / sigma, with d the
+// distance along the measured normal n, and m the displacement by the lamp's light (rim_light.hpp).
+// An error o ~ N(0, S) common to the lamp (Blob::rim_covariance_px2: growth of its rim, shift and
 // stretch) adds v . o / sigma to each residual, v = (1, n_x, n_y, n_x^2 - n_y^2, 2 n_x n_y). It is
 // eliminated in closed form (Woodbury):
 //     r^T (I + V S V^T)^-1 r = r^T r - u^T (S^-1 + N)^-1 u,   V = v / sigma, u = V^T r, N = V^T V.
