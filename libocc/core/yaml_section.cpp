@@ -143,16 +143,27 @@ void YamlSection::read(const std::string& key, std::vector<double>& value) {
   read_exactly(key, items->size(), value.data());
 }
 
+void YamlSection::read(const std::string& key, std::vector<Eigen::Vector2d>& value) {
+  read_vectors(key, value);
+}
+
 void YamlSection::read(const std::string& key, std::vector<Eigen::Vector3d>& value) {
-  const std::string rule = "must be a list of lists of 3 finite numbers";
+  read_vectors(key, value);
+}
+
+template <typename Vector>
+void YamlSection::read_vectors(const std::string& key, std::vector<Vector>& value) {
+  constexpr int count = Vector::RowsAtCompileTime;
+  const std::string rule =
+      "must be a list of lists of " + std::to_string(count) + " finite numbers";
   const auto* items = take_list(key, rule);
   if (!items) return;
   value.clear();
   for (const auto& item : *items) {
-    if (item->kind != YamlNode::Kind::sequence || item->items.size() != 3)
+    if (item->kind != YamlNode::Kind::sequence || item->items.size() != std::size_t{count})
       fail(key, rule + ", got " + item->describe() + " in it");
-    Eigen::Vector3d& vector = value.emplace_back();
-    for (int i = 0; i < 3; ++i) {
+    Vector& vector = value.emplace_back();
+    for (int i = 0; i < count; ++i) {
       const YamlNode& coordinate = *item->items[static_cast<std::size_t>(i)];
       const auto number = finite_number(coordinate);
       if (!number) fail(key, rule + ", got " + coordinate.describe() + " in it");

@@ -38,6 +38,9 @@ struct LIBOCC_API DetectOptions {
   /// The blob of several lamps that touch may have one, too, so locate() does so only for scenes
   /// with lamps of such shapes. Without, they are known by their centres.
   bool free_forms = false;
+  /// With `free_forms`: an outline with a hollow, as of an L, is that of one lamp, not of several
+  /// that touch (Blob::merged).
+  bool hollows = false;
   /// Join the bright parts of lamps such as pairs of tubes, louvred panels and frames of light
   /// (Blob::patterned). Separate lamps whose gaps are below a fifth of their length are joined as
   /// well, so locate() tries it only if a scene with straight sides is not located without.

@@ -223,9 +223,9 @@ bool use_polygon(std::optional<PolygonRim>&& rim, Blob& blob) {
   return true;
 }
 
-bool use_free_rim(std::optional<FreeRim>&& rim, Blob& blob) {
+bool use_free_rim(std::optional<FreeRim>&& rim, bool hollows, Blob& blob) {
   if (!rim) return false;
-  blob.merged = !rim->is_convex;
+  blob.merged = !rim->is_convex && !hollows;
   blob.centroid_px = rim->centre_px;
   blob.covariance_px2 = rim->centre_covariance_px2;
   blob.ellipse = ellipse_of(blob.centroid_px, rim->second_moments_px2);
@@ -283,7 +283,7 @@ void measure_centre(const Patch& patch, const Component& component, const Detect
     if (options.free_forms &&
         use_free_rim(clipped ? measure_saturated_free_rim(patch, component)
                              : measure_free_rim(patch, component, std::sqrt(blur2)),
-                     blob)) {
+                     options.hollows, blob)) {
       return;
     }
     // Too small or too uneven for that, or its outline is another one.

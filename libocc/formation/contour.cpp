@@ -266,6 +266,12 @@ std::vector<Curve> pieces(const Lamp& lamp, const Rigid3& cam_from_world) {
   const Eigen::Vector3d centre = cam_from_world * lamp.centre_m;
   const Eigen::Vector3d x_axis = cam_from_world.rotation * lamp.x_axis;
   const Eigen::Vector3d y_axis = (cam_from_world.rotation * lamp.normal).cross(x_axis);
+  if (lamp.shape == LampShape::polygon) {
+    std::vector<Eigen::Vector3d> corners;
+    for (const Eigen::Vector2d& corner : lamp.corners_m)
+      corners.push_back(centre + corner.x() * x_axis + corner.y() * y_axis);
+    return edges(corners);
+  }
   const Eigen::Vector3d along = 0.5 * lamp.size_m.x() * x_axis;
   const Eigen::Vector3d across = 0.5 * lamp.size_m.y() * y_axis;
   std::vector<Curve> all;

@@ -35,9 +35,17 @@ HalfSides half_sides(const Lamp& lamp) {
   return {lamp.size_m.x() / 2 * lamp.x_axis, lamp.size_m.y() / 2 * lamp.normal.cross(lamp.x_axis)};
 }
 
-std::array<Eigen::Vector3d, 4> corners(const Lamp& lamp) {
-  const HalfSides half = half_sides(lamp);
+// Corners of a rectangle or polygon.
+std::vector<Eigen::Vector3d> corners(const Lamp& lamp) {
   const Eigen::Vector3d& c = lamp.centre_m;
+  if (lamp.shape == LampShape::polygon) {
+    const Eigen::Vector3d y_axis = lamp.normal.cross(lamp.x_axis);
+    std::vector<Eigen::Vector3d> all;
+    for (const Eigen::Vector2d& corner : lamp.corners_m)
+      all.push_back(c + corner.x() * lamp.x_axis + corner.y() * y_axis);
+    return all;
+  }
+  const HalfSides half = half_sides(lamp);
   return {c - half.x - half.y, c + half.x - half.y, c + half.x + half.y, c - half.x + half.y};
 }
 
@@ -52,10 +60,25 @@ void append_rectangle_rim(const Lamp& lamp, int count, std::vector<Eigen::Vector
   const int half = count / 2;
   const int along = std::clamp(static_cast<int>(std::lround(half * share)), 1, half - 1);
   const std::array<int, 4> steps = {along + count % 2, half - along, along, half - along};
-  const std::array<Eigen::Vector3d, 4> corner = corners(lamp);
+  const std::vector<Eigen::Vector3d> corner = corners(lamp);
   for (std::size_t side = 0; side < 4; ++side) {
     const Eigen::Vector3d edge = corner[(side + 1) % 4] - corner[side];
     for (int i = 0; i < steps[side]; ++i) rim.push_back(corner[side] + edge * i / steps[side]);
+  }
+}
+
+// At least one point on each side, which may be more than `count` in all.
+void append_polygon_rim(const Lamp& lamp, int count, std::vector<Eigen::Vector3d>& rim) {
+  const std::vector<Eigen::Vector3d> corner = corners(lamp);
+  double perimeter = 0;
+  const auto edge = [&](std::size_t i) -> Eigen::Vector3d {
+    return corner[(i + 1) % corner.size()] - corner[i];
+  };
+  for (std::size_t i = 0; i < corner.size(); ++i) perimeter += edge(i).norm();
+  for (std::size_t i = 0; i < corner.size(); ++i) {
+    const int steps =
+        std::max(1, static_cast<int>(std::lround(count * edge(i).norm() / perimeter)));
+    for (int k = 0; k < steps; ++k) rim.push_back(corner[i] + edge(i) * k / steps);
   }
 }
 
@@ -80,19 +103,18 @@ RimNodes<16> disc_nodes(const Lamp& lamp) {
   return nodes;
 }
 
-// Gauss-Legendre rule with four nodes on each side.
-RimNodes<16> rectangle_nodes(const Lamp& lamp) {
+// Gauss-Legendre rule with four nodes on each side of a rectangle or polygon.
+std::vector<RimNode> side_nodes(const Lamp& lamp) {
   constexpr std::array<double, 4> at = {0.06943184420297371239, 0.33000947820757186760,
                                         0.66999052179242813240, 0.93056815579702628761};
   constexpr std::array<double, 4> weight = {0.17392742256872692869, 0.32607257743127307131,
                                             0.32607257743127307131, 0.17392742256872692869};
-  const std::array<Eigen::Vector3d, 4> corner = corners(lamp);
-  RimNodes<16> nodes;
-  for (std::size_t side = 0; side < 4; ++side) {
-    const Eigen::Vector3d edge = corner[(side + 1) % 4] - corner[side];
-    for (std::size_t i = 0; i < 4; ++i) {
-      nodes[4 * side + i] = {corner[side] + at[i] * edge, weight[i] * edge};
-    }
+  const std::vector<Eigen::Vector3d> corner = corners(lamp);
+  std::vector<RimNode> nodes;
+  for (std::size_t side = 0; side < corner.size(); ++side) {
+    const Eigen::Vector3d edge = corner[(side + 1) % corner.size()] - corner[side];
+    for (std::size_t i = 0; i < 4; ++i)
+      nodes.push_back({corner[side] + at[i] * edge, weight[i] * edge});
   }
   return nodes;
 }
@@ -108,14 +130,24 @@ RimNodes<128> curve_nodes(const Lamp& lamp) {
   return nodes;
 }
 
+// Containers for one value of each node.
+template <typename T, std::size_t count>
+std::array<T, count> for_each_of(const std::array<RimNode, count>&) {
+  return {};
+}
+template <typename T>
+std::vector<T> for_each_of(const std::vector<RimNode>& nodes) {
+  return std::vector<T>(nodes.size());
+}
+
 // Centroid of the image inside the rim by Green's theorem. Its derivative is the flux of the rim's
 // motion: (1/A) closed integral of (p - mean) dp x p'.
-template <std::size_t node_count>
-std::optional<Eigen::Vector2d> area_centroid(const RimNodes<node_count>& nodes,
-                                             const Rigid3& cam_from_world, const Camera& camera,
-                                             Jacobian26* jacobian) {
-  std::array<Eigen::Vector2d, node_count> px, step;
-  std::array<Jacobian26, node_count> moves;
+template <typename Nodes>
+std::optional<Eigen::Vector2d> area_centroid(const Nodes& nodes, const Rigid3& cam_from_world,
+                                             const Camera& camera, Jacobian26* jacobian) {
+  const std::size_t node_count = nodes.size();
+  auto px = for_each_of<Eigen::Vector2d>(nodes), step = px;
+  auto moves = for_each_of<Jacobian26>(nodes);
   for (std::size_t i = 0; i < node_count; ++i) {
     Jacobian23 d_point;
     const Eigen::Vector3d point_in_cam = cam_from_world * nodes[i].point;
@@ -203,6 +235,10 @@ std::vector<Eigen::Vector3d> rim_in_world(const Lamp& lamp, int count) {
     append_rectangle_rim(lamp, count, rim);
     return rim;
   }
+  if (lamp.shape == LampShape::polygon) {
+    append_polygon_rim(lamp, count, rim);
+    return rim;
+  }
   if (lamp.shape == LampShape::lame) {
     const HalfSides half = half_sides(lamp);
     for (int i = 0; i < count; ++i) {
@@ -256,7 +292,8 @@ std::optional<Eigen::Vector2d> project_lamp_centre(const Lamp& lamp, const Rigid
     case LampShape::point:
       return project_point(lamp.centre_m, cam_from_world, camera, jacobian);
     case LampShape::rectangle:
-      return area_centroid(rectangle_nodes(lamp), cam_from_world, camera, jacobian);
+    case LampShape::polygon:
+      return area_centroid(side_nodes(lamp), cam_from_world, camera, jacobian);
     case LampShape::lame:
       return area_centroid(curve_nodes(lamp), cam_from_world, camera, jacobian);
     case LampShape::disc:

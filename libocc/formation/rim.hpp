@@ -58,9 +58,10 @@ struct LampInCam {
   LampShape shape;  ///< as in the scene
   /// Camera frame; `normal` and `x_axis` are unit vectors.
   Eigen::Vector3d centre_m, normal, x_axis;
-  double radius_m;         ///< radius of a disc
-  Eigen::Vector2d size_m;  ///< extents of other shapes, along x_axis and across it
-  double exponent = 2;     ///< exponent of a Lame curve
+  double radius_m;                         ///< radius of a disc
+  Eigen::Vector2d size_m;                  ///< extents of other shapes, along x_axis and across it
+  double exponent = 2;                     ///< exponent of a Lame curve
+  std::vector<Eigen::Vector2d> corners_m;  ///< corners of a polygon, counter-clockwise
 };
 
 /// Moves a lamp to the camera's frame; `lamp` must be validated.
@@ -73,11 +74,12 @@ inline bool has_rim_distance(LampShape shape) { return shape != LampShape::point
 /// ray is intersected with the lamp's plane at P. With g(P) the signed distance [m] from the rim
 /// (positive outside), the residual is g / (dg/d normal). For a disc, g = |P - C| - r. For a side
 /// of a rectangle with the unit vector u towards it and half the extent a / 2,
-/// g = u . (P - C) - a / 2. For a Lame curve, g = (|2x/a|^n + |2y/b|^n)^(1/n) - 1 with the position
-/// (x, y) of P in the lamp's plane, without a unit: only the quotient matters. It is exact to first
-/// order for any camera model. `jacobian` (1x6) is d residual / d pose perturbation, exact. nullopt
-/// if the ray misses the lit side of the plane, if g does not increase along the measured normal
-/// (the pose error exceeds the lamp's size), or if the shape has no rim distance.
+/// g = u . (P - C) - a / 2, and similarly for the sides of a polygon. For a Lame curve,
+/// g = (|2x/a|^n + |2y/b|^n)^(1/n) - 1 with the position (x, y) of P in the lamp's plane, without a
+/// unit: only the quotient matters. It is exact to first order for any camera model. `jacobian`
+/// (1x6) is d residual / d pose perturbation, exact. nullopt if the ray misses the lit side of the
+/// plane, if g does not increase along the measured normal (the pose error exceeds the lamp's
+/// size), or if the shape has no rim distance.
 LIBOCC_API std::optional<double> rim_distance_px(const Lamp& lamp, const Rigid3& cam_from_world,
                                                  const RimRay& ray,
                                                  Eigen::Matrix<double, 1, 6>* jacobian = nullptr);

@@ -74,6 +74,35 @@ std::optional<Distance> distance_from_rectangle(const LampInCam& lamp, const Cro
   return best;
 }
 
+// Distance from the side that is nearest along the measured normal, of those that it crosses from
+// inside to outside, or whose line it crosses if there are none.
+std::optional<Distance> distance_from_polygon(const LampInCam& lamp, const Crossing& x) {
+  const Eigen::Vector3d y_axis = lamp.normal.cross(lamp.x_axis);
+  const Eigen::Vector2d at(lamp.x_axis.dot(x.from_centre), y_axis.dot(x.from_centre));
+  const Eigen::Vector2d moves(lamp.x_axis.dot(x.velocity), y_axis.dot(x.velocity));
+  const std::size_t count = lamp.corners_m.size();
+  std::optional<Distance> best;
+  bool best_is_met = false;
+  for (std::size_t i = 0; i < count; ++i) {
+    constexpr double beyond = 0.05;  // of the side's length: errors of the pose
+    const Eigen::Vector2d& from = lamp.corners_m[i];
+    const Eigen::Vector2d side = lamp.corners_m[(i + 1) % count] - from;
+    const double length = side.norm();
+    const Eigen::Vector2d outward(side.y() / length, -side.x() / length);
+    const double along = outward.dot(moves), metres = outward.dot(at - from);
+    if (!is_defined(along, 1, x)) continue;
+    const double share = (at - metres / along * moves - from).dot(side) / (length * length);
+    const bool is_met = share > -beyond && share < 1 + beyond;
+    if (best &&
+        (best_is_met > is_met || (best_is_met == is_met &&
+                                  std::abs(metres) * best->along >= std::abs(best->value) * along)))
+      continue;
+    best = Distance{metres, outward.x() * lamp.x_axis + outward.y() * y_axis, along};
+    best_is_met = is_met;
+  }
+  return best;
+}
+
 // With u = |2x/a|, v = |2y/b| and the gauge G = (u^n + v^n)^(1/n), all derivatives are homogeneous:
 // G_u = (u/G)^(n-1), G_uu = (n-1) (u/G)^(n-2) (v/G)^n / G, and G_uv = -(n-1) (u v / G^2)^(n-1) / G.
 std::optional<Distance> distance_from_lame_curve(const LampInCam& lamp, const Crossing& x) {
@@ -138,6 +167,8 @@ std::optional<Distance> distance_from_rim(const LampInCam& lamp, const Crossing&
       return distance_from_rectangle(lamp, x);
     case LampShape::lame:
       return distance_from_lame_curve(lamp, x);
+    case LampShape::polygon:
+      return distance_from_polygon(lamp, x);
     case LampShape::point:
       break;
   }
@@ -165,7 +196,8 @@ LampInCam lamp_in_cam(const Lamp& lamp, const Rigid3& cam_from_world) {
           cam_from_world.rotation * lamp.x_axis,
           lamp.radius_m,
           lamp.size_m,
-          lamp.exponent};
+          lamp.exponent,
+          lamp.corners_m};
 }
 
 std::optional<double> rim_distance_px(const LampInCam& lamp, const RimRay& ray,

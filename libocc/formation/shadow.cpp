@@ -57,15 +57,23 @@ std::array<Eigen::Vector3d, 8> corners(const Box& box) {
 
 constexpr int rim_points = 256;  // of a face's polygon
 
-// Polygon with the area of the face. The scale compensates the area between a round rim and its
-// chords.
-Polygon face_polygon(const Lamp& lamp, const Face& face) {
+// Convex polygons with the area of the face. The scale compensates the area between a round rim and
+// its chords.
+std::vector<Polygon> face_polygons(const Lamp& lamp, const Face& face) {
+  if (lamp.shape == LampShape::polygon) {
+    std::vector<Polygon> triangles;
+    for (const std::array<int, 3>& corner : lamp.face_triangles()) {
+      Polygon& triangle = triangles.emplace_back();
+      for (const int i : corner) triangle.push_back(lamp.corners_m[static_cast<std::size_t>(i)]);
+    }
+    return triangles;
+  }
   Polygon polygon;
   for (const Eigen::Vector3d& point : rim_in_world(lamp, rim_points))
     polygon.emplace_back((point - face.centre).dot(face.x), (point - face.centre).dot(face.y));
   const double scale = std::sqrt(lamp.area_m2() / area(polygon));
   for (Eigen::Vector2d& p : polygon) p *= scale;
-  return polygon;
+  return {polygon};
 }
 
 double total_area(const std::vector<Polygon>& pieces) {
@@ -139,8 +147,8 @@ Visible visible_part(const Lamp& lamp, const std::vector<Box>& boxes,
   }
   if (!lamp.shows_lit_side(seen_from)) return visible;
   const Face face(lamp);
-  const Polygon whole = face_polygon(lamp, face);
-  std::vector<Polygon> pieces = {whole};
+  std::vector<Polygon> pieces = face_polygons(lamp, face);
+  const double whole = total_area(pieces);
   for (const Box& box : boxes) {
     const Polygon hole = shadow(box, face, seen_from);
     if (hole.empty()) continue;
@@ -151,7 +159,7 @@ Visible visible_part(const Lamp& lamp, const std::vector<Box>& boxes,
     if (total_area(left) < (1 - 1e-12) * total_area(pieces)) pieces = std::move(left);
   }
   constexpr double rounding = 1e-9;
-  visible.share = total_area(pieces) / area(whole);
+  visible.share = total_area(pieces) / whole;
   if (visible.share > 1 - rounding) return {};
   if (visible.share > rounding)
     visible.pieces = std::move(pieces);

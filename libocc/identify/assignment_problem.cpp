@@ -191,7 +191,8 @@ std::optional<BearingObservation> make_observation(const AssignmentProblem& prob
   if (!bearing) return std::nullopt;
   BearingObservation s;
   s.blob = blob_index;
-  const auto of_centre = bearing_of_diagonals(blob, *problem.camera);
+  const auto of_centre = problem.has_polygons ? std::optional<Eigen::Vector3d>()
+                                              : bearing_of_diagonals(blob, *problem.camera);
   s.bearing = of_centre.value_or(*bearing);
   s.of_centre = of_centre.has_value();
   s.tangent = tangent_plane(s.bearing);
@@ -337,6 +338,9 @@ AssignmentProblem make_problem(const std::vector<Blob>& blobs, const Scene* scen
   problem.camera = &camera;
   problem.scene = scene;
   problem.all_covisible = scene != nullptr;
+  problem.has_polygons =
+      scene && std::any_of(scene->lamps.begin(), scene->lamps.end(),
+                           [](const Lamp& lamp) { return lamp.shape == LampShape::polygon; });
   problem.options = &options;
   constexpr double max_timed_s = 1e6;  // longer times are unlimited and would overflow the clock
   if (options.max_time_s < max_timed_s)

@@ -13,7 +13,7 @@
 #include "libocc/identify/internal/lamp_table.hpp"
 #include "libocc/identify/internal/pose_hypothesis.hpp"
 #include "libocc/identify/internal/search.hpp"
-#include "libocc/identify/internal/search_by_corners.hpp"
+#include "libocc/identify/internal/search_by_one_lamp.hpp"
 #include "libocc/identify/internal/verdict.hpp"
 #include "libocc/scene/internal/lamp_colours.hpp"
 
@@ -187,10 +187,10 @@ Result<Identification> solve_by_centres(const AssignmentProblem& problem) {
 Result<Identification> internal::identify::solve_assignment(const AssignmentProblem& problem) {
   Result<Identification> result = solve_by_centres(problem);
   if (!result->hypotheses.empty()) return result;
-  const std::vector<PoseHypothesis> found = corner_hypotheses(problem);
+  const std::vector<PoseHypothesis> found = one_lamp_hypotheses(problem);
   if (found.empty()) return result;
   result.status = Status::ok;
-  result.message = "the pose follows from the corners of one lamp";
+  result.message = "the pose follows from the outline of one lamp";
   for (const PoseHypothesis& e : found)
     result.value.hypotheses.push_back(to_hypothesis(problem, e));
   return result;

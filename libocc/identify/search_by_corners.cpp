@@ -10,7 +10,6 @@
 
 #include "libocc/core/internal/dense.hpp"
 #include "libocc/core/math.hpp"
-#include "libocc/identify/internal/prior_gate.hpp"
 #include "libocc/pose/internal/point_fit.hpp"
 #include "libocc/pose/solvers/p3p.hpp"
 #include "libocc/scene/internal/rectangle_corners.hpp"
@@ -80,74 +79,31 @@ std::vector<pose::PointFit> poses_of(const SeenCorners& seen, const Points& poin
   return found;
 }
 
-/// The pose in the local frame, with the covariance of the corners. The equations are for a
-/// rotation about the lamp's centre and a translation in units of its size.
-FittedPose to_local(const pose::PointFit& fit, const Eigen::Vector3d& centre, double size_m) {
-  FittedPose estimate;
-  estimate.pose.rotation = fit.pose.rotation;
-  estimate.pose.translation = fit.pose.translation - fit.pose.rotation * centre;
-  Vector6 unit;
-  unit << 1, 1, 1, size_m, size_m, size_m;
-  const Matrix6 about_centre =
-      unit.asDiagonal() * core::inverse(Matrix6(fit.equations.information)) * unit.asDiagonal();
-  // A rotation about the lamp's centre c is one about the camera and the translation c x rotation.
-  Matrix6 move = Matrix6::Identity();
-  const Eigen::Vector3d& c = fit.pose.translation;
-  move.bottomLeftCorner<3, 3>() << 0, -c.z(), c.y(), c.z(), 0, -c.x(), -c.y(), c.x(), 0;
-  estimate.covariance = move * about_centre * move.transpose();
-  estimate.chi2 = fit.equations.chi2;
-  return estimate;
-}
-
 }  // namespace
 
-std::vector<PoseHypothesis> corner_hypotheses(const AssignmentProblem& problem) {
-  std::vector<PoseHypothesis> found;
-  if (!problem.scene || !problem.camera->is_central()) return found;
+std::vector<LampPose> corner_poses(const AssignmentProblem& problem, const Blob& blob,
+                                   const Lamp& lamp) {
   // Chi-square of two redundant measurements, exceeded once in 10 000.
   constexpr double max_chi2 = 18.4;
-  for (int s = 0; s < static_cast<int>(problem.observations.size()); ++s) {
-    const BearingObservation& observation = problem.observation(s);
-    const Blob& blob = (*problem.blobs)[static_cast<std::size_t>(observation.blob)];
-    if (!observation.of_centre) continue;
-    const std::optional<SeenCorners> seen = seen_corners(problem, blob);
-    if (!seen) continue;
-    for (const int t : observation.lamps) {
-      const Lamp& lamp = problem.scene->lamps[static_cast<std::size_t>(t)];
-      if (lamp.shape != LampShape::rectangle) continue;
-      const Points points = scene::rectangle_corners(lamp);
-      for (Eigen::Index turn = 0; turn < points.cols(); ++turn) {
-        Points turned;
-        for (Eigen::Index i = 0; i < points.cols(); ++i)
-          turned.col(i) = points.col((i + turn) % points.cols());
-        for (const pose::PointFit& fit : poses_of(*seen, turned, max_chi2)) {
-          const MapPoint& map_point = problem.map_point(t);
-          PoseHypothesis e;
-          e.estimate = to_local(fit, map_point.centre, points.col(0).norm());
-          if (!faces(map_point, e.estimate.pose.origin_in_source()) ||
-              prior_chi2(problem, e.estimate) > max_prior_chi2)
-            continue;
-          const Assignment one{Pair{s, t}, Pair{-1, -1}, Pair{-1, -1}};
-          e.pairs = one_to_one(additional_pairs(problem, e.estimate, one));
-          e.pairs.push_back(one[0]);
-          std::sort(e.pairs.begin(), e.pairs.end(),
-                    [](const Pair& a, const Pair& b) { return a.observation < b.observation; });
-          e.chi2 = e.estimate.chi2;
-          account_for_unpaired_lamps(problem, e);
-          found.push_back(std::move(e));
-        }
-      }
+  std::vector<LampPose> found;
+  const std::optional<SeenCorners> seen = seen_corners(problem, blob);
+  if (!seen) return found;
+  const Points points = scene::rectangle_corners(lamp);
+  const double size_m = points.col(0).norm();
+  for (Eigen::Index turn = 0; turn < points.cols(); ++turn) {
+    Points turned;
+    for (Eigen::Index i = 0; i < points.cols(); ++i)
+      turned.col(i) = points.col((i + turn) % points.cols());
+    for (const pose::PointFit& fit : poses_of(*seen, turned, max_chi2)) {
+      // The equations are for a translation in units of the lamp's size.
+      Vector6 unit;
+      unit << 1, 1, 1, size_m, size_m, size_m;
+      found.push_back({fit.pose,
+                       unit.asDiagonal() * core::inverse(Matrix6(fit.equations.information)) *
+                           unit.asDiagonal(),
+                       fit.equations.chi2});
     }
   }
-  // Only the poses that match the most blobs: the others leave them unexplained.
-  std::size_t most = 0;
-  for (const PoseHypothesis& e : found) most = std::max(most, e.pairs.size());
-  found.erase(std::remove_if(found.begin(), found.end(),
-                             [&](const PoseHypothesis& e) { return e.pairs.size() < most; }),
-              found.end());
-  std::stable_sort(
-      found.begin(), found.end(),
-      [](const PoseHypothesis& a, const PoseHypothesis& b) { return a.chi2 < b.chi2; });
   return found;
 }
 

@@ -190,7 +190,7 @@ class LameResiduals {
   LameResiduals(const LadderProblem& p, const Rigid3& start) : start_(start) {
     for (const Match& match : p.matches) {
       const Lamp& lamp = p.scene.lamps[match.lamp];
-      if (lamp.shape == LampShape::point) continue;
+      if (lamp.shape == LampShape::point || lamp.shape == LampShape::polygon) continue;
       Outline outline{lamp, lamp.normal.unitOrthogonal(), {}, 2, {}};
       outline.half_m.setConstant(lamp.radius_m);
       if (lamp.shape != LampShape::disc) {

@@ -15,6 +15,7 @@
 #include "libocc/identify/internal/prior_gate.hpp"
 #include "libocc/identify/internal/verdict.hpp"
 #include "libocc/locate/internal/best_candidate.hpp"
+#include "libocc/locate/internal/detect_options.hpp"
 #include "libocc/locate/internal/exclusion.hpp"
 #include "libocc/locate/internal/map_rivals.hpp"
 #include "libocc/locate/internal/suspects.hpp"
@@ -22,7 +23,6 @@
 #include "libocc/refine/internal/pose_evidence.hpp"
 #include "libocc/refine/internal/ranking.hpp"
 #include "libocc/refine/internal/scene_errors.hpp"
-#include "libocc/scene/internal/lamp_colours.hpp"
 
 namespace occ {
 
@@ -401,12 +401,7 @@ Result<Fix> locate(const ImageView& image, const Scene& scene, const LocateOptio
   check_sizes(image, scene.camera);
   Scene valid = checked(scene, options);
   valid.sensor = valid.sensor.of_image(image);
-  DetectOptions detect_options = options.detect;
-  if (!detect_options.sensor) detect_options.sensor = valid.sensor;
-  detect_options.polygons = detect_options.polygons && valid.has_straight_sides();
-  detect_options.free_forms = detect_options.free_forms || valid.has_free_forms();
-  if (detect_options.colours.empty())
-    detect_options.colours = internal::scene::stated_colours(valid.lamps);
+  DetectOptions detect_options = detect_options_of(valid, options.detect);
   const std::vector<Blob> blobs = detect(image, detect_options);
   const double detect_s = clock.seconds();
   Result<Fix> result = locate_blobs(blobs, valid, options, &image, clock);

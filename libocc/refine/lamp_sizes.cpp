@@ -88,6 +88,7 @@ std::optional<Eigen::Array2d> predicted_axes_px(const Lamp& lamp, const Rigid3& 
 std::optional<Eigen::Array2d> predicted_light_axes_px(const Lamp& lamp,
                                                       const Rigid3& cam_from_world,
                                                       const Camera& camera) {
+  if (lamp.shape == LampShape::polygon) return predicted_axes_px(lamp, cam_from_world, camera);
   if (lamp.shape != LampShape::rectangle && lamp.shape != LampShape::lame) return std::nullopt;
   // Variance of a coordinate over the area, of the squared side: 1/12 of a rectangle, 1/16 of an
   // ellipse; in between for other Lame curves.

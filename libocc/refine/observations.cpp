@@ -46,7 +46,7 @@ void check_axes(const Lamp& lamp) {
   const std::string name = "lamp " + std::to_string(lamp.id);
   const char* rule = "unit (call Scene::validate)";
   require(is_unit(lamp.normal), name + ": normal", lamp.normal.transpose(), rule);
-  if (lamp.shape != LampShape::rectangle) return;
+  if (lamp.shape != LampShape::rectangle && lamp.shape != LampShape::polygon) return;
   require(is_unit(lamp.x_axis), name + ": x_axis", lamp.x_axis.transpose(), rule);
 }
 
@@ -73,10 +73,11 @@ void observe_softness(LampObservation& observation) {
   variance_px2 = 0;
 }
 
-/// True if the rim was measured as one of the lamp's shape. A small rectangle can have the rim of
-/// an ellipse, by the blur of its corners. Lame curves resemble ellipses or rectangles.
+/// True if the rim was measured as one of the lamp's shape. A small rectangle or polygon can have
+/// the rim of an ellipse, by the blur of its corners. Lame curves resemble ellipses or rectangles.
 bool has_its_shape(const Lamp& lamp, const Blob& blob) {
   if (lamp.shape == LampShape::lame) return true;
+  if (lamp.shape == LampShape::polygon) return blob.free_form || !blob.corners_px.empty();
   if (blob.free_form) return false;
   const bool ellipse = blob.corners_px.empty() && blob.ellipse.semi_minor_px > 0;
   return lamp.shape == LampShape::rectangle ? !ellipse : lamp.may_show(blob);
@@ -169,7 +170,7 @@ bool offers_pixels(const LampObservation& observation, const Sensor& sensor, boo
   const bool boxed = c.x() >= blob.x0 && c.x() <= blob.x1 && c.y() >= blob.y0 && c.y() <= blob.y1;
   const bool by_rows = blob.striped || (lamp.frequency_hz && sensor.row_time_s > 0);
   const bool whole =
-      !blob.merged || lamp.shape == LampShape::rectangle || lamp.shape == LampShape::lame;
+      !blob.merged || (lamp.shape != LampShape::disc && lamp.shape != LampShape::point);
   const bool has_psf = sensor.psf_sigma_px >= 0.01 && sensor.psf_sigma_px <= 100;
   return boxed && has_psf && !by_rows && !blob.cut_by_border && whole;
 }

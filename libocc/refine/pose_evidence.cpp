@@ -82,6 +82,7 @@ bool has_shape_of(const Lamp& lamp, const Blob& blob) {
   if (blob.rim.empty()) return false;
   if (lamp.shape == LampShape::lame)
     return lamp.exponent == 2 ? blob.has_elliptical_rim() : blob.free_form;
+  if (lamp.shape == LampShape::polygon) return blob.free_form || !blob.corners_px.empty();
   return lamp.shape == LampShape::disc && !blob.free_form;
 }
 

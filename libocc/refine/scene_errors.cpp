@@ -47,6 +47,7 @@ LampInCam with_error(LampInCam lamp, const LampError& error, const Rigid3& cam_f
   lamp.x_axis = turn * lamp.x_axis;
   lamp.radius_m *= 1 + error[6];
   lamp.size_m *= 1 + error[6];
+  for (Eigen::Vector2d& corner : lamp.corners_m) corner *= 1 + error[6];
   return lamp;
 }
 
@@ -86,6 +87,8 @@ void SharedErrors::apply(const Scene& stated, const Eigen::VectorXd& errors, Sce
       lamp.centre_m += of_map[static_cast<Eigen::Index>(j)] * lamp.shared_errors_m[j];
     lamp.radius_m = (1 + scale_error) * from.radius_m;
     lamp.size_m = (1 + scale_error) * from.size_m;
+    for (std::size_t j = 0; j < lamp.corners_m.size(); ++j)
+      lamp.corners_m[j] = (1 + scale_error) * from.corners_m[j];
   }
 }
 

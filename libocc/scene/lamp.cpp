@@ -2,16 +2,19 @@
 #include "libocc/scene/lamp.hpp"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numeric>
 
+#include "libocc/core/internal/area_moments.hpp"
 #include "libocc/core/internal/fields.hpp"
 #include "libocc/core/internal/vector_text.hpp"
 #include "libocc/core/math.hpp"
 #include "libocc/core/require.hpp"
 #include "libocc/radiometry/emission_profile.hpp"
 #include "libocc/radiometry/lambertian.hpp"
+#include "libocc/scene/internal/lamp_polygon.hpp"
 #include "libocc/scene/internal/scene_fields.hpp"
 
 namespace occ {
@@ -84,6 +87,7 @@ double Lamp::area_m2() const {
   if (shape == LampShape::lame)
     return size_m.x() * size_m.y() *
            std::exp(2 * std::lgamma(1 + 1 / exponent) - std::lgamma(1 + 2 / exponent));
+  if (shape == LampShape::polygon) return outline_moments(corners_m).area;
   return 0;
 }
 
@@ -91,6 +95,11 @@ double Lamp::reach_m() const {
   if (shape == LampShape::disc) return radius_m;
   if (shape == LampShape::rectangle) return size_m.norm() / 2;
   if (shape == LampShape::point) return 0;
+  if (shape == LampShape::polygon) {
+    double reach_m = 0;
+    for (const Eigen::Vector2d& corner : corners_m) reach_m = std::max(reach_m, corner.norm());
+    return reach_m;
+  }
   // The largest x^2 + y^2 on the curve lies on an axis for n <= 2; else Hoelder's inequality in x^2
   // and y^2 gives it.
   if (exponent <= 2) return size_m.maxCoeff() / 2;
@@ -104,7 +113,7 @@ double Lamp::order() const {
 }
 
 bool Lamp::uses_x_axis() const {
-  return has_sides(*this) || (photometry && photometry->depends_on_c());
+  return has_sides(*this) || is_polygon(*this) || (photometry && photometry->depends_on_c());
 }
 
 void Lamp::set_photometry(std::shared_ptr<const EmissionProfile> profile) {
@@ -141,7 +150,12 @@ double Lamp::mean_light() const {
 }
 
 bool Lamp::may_show(const Blob& blob) const {
-  return blob.corners_px.empty() || shape == LampShape::rectangle || shape == LampShape::lame;
+  return blob.corners_px.empty() || has_sides(*this) || is_polygon(*this);
+}
+
+std::vector<std::array<int, 3>> Lamp::face_triangles() const {
+  if (!is_polygon(*this)) return {};
+  return triangles_of(corners_m);
 }
 
 bool Lamp::shows_lit_side(const Eigen::Vector3d& seen_from) const {
@@ -176,6 +190,7 @@ void Lamp::validate() {
   x_axis = uses_x_axis() ? perpendicular(x_axis, normal) : any_perpendicular(normal);
   if (x_axis.isZero())
     require_of_lamp(false, id, "x_axis", vector_text(given), "not parallel to the normal");
+  if (is_polygon(*this)) validate_polygon(*this);
 }
 
 }  // namespace occ

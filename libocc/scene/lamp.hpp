@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <memory>
 #include <optional>
 #include <string>
@@ -23,6 +24,7 @@ enum class LampShape {
   rectangle,  ///< has size_m
   point,      ///< without extent
   lame,       ///< has size_m and exponent
+  polygon,    ///< has corners_m
 };
 
 /// The code and the id that a lamp transmits by blinking.
@@ -47,16 +49,21 @@ struct LIBOCC_API Lamp {
   double radius_m = 0;            ///< radius of a disc
   Eigen::Vector2d size_m =
       Eigen::Vector2d::Zero();  ///< rectangle, lame: (a, b), along x_axis and across it
-  /// Direction of the first side of a rectangle or Lame curve, and C = 0 of photometry.
+  /// Direction of the first side of a rectangle or Lame curve, x in corners_m, and C = 0 of
+  /// photometry.
   Eigen::Vector3d x_axis = Eigen::Vector3d::UnitX();
   double exponent = 2;  ///< lame: n in [1, 100]; 2 is an ellipse
+  /// polygon: corners (x, y) in the lamp's plane from centre_m, along x_axis and normal x x_axis:
+  /// as its lit side is seen, x to the right and y up. After validate() counter-clockwise, with the
+  /// centroid of the area at (0, 0).
+  std::vector<Eigen::Vector2d> corners_m;
   /// Standard deviations of centre_m along the axes of the world; none: Scene::map_sigma_m.
   std::optional<PerAxis> position_sigma_m;
   /// Errors of the map that lamps share, beside position_sigma_m, which is of this lamp alone:
   /// displacement of centre_m by one standard deviation of each error. All lamps with such errors
   /// list the same ones in the same order.
   std::vector<Eigen::Vector3d> shared_errors_m;
-  double size_sigma = 0;  ///< relative standard deviation of radius_m or size_m
+  double size_sigma = 0;  ///< relative standard deviation of radius_m, size_m or corners_m
   /// Standard deviation of the directions of the normal and, of shapes with sides, of x_axis.
   std::optional<double> tilt_sigma_rad;
   double power_w = 1;                          ///< radiant power while lit
@@ -87,6 +94,9 @@ struct LIBOCC_API Lamp {
   /// True if a camera at this position (world frame) is on the lit side of the lamp's plane.
   bool shows_lit_side(const Eigen::Vector3d& seen_from) const;
 
+  /// polygon: triangles that cover the face, as indices into corners_m. Empty for other shapes.
+  std::vector<std::array<int, 3>> face_triangles() const;
+
   /// False if the blob's outline has straight sides and the lamp has none.
   bool may_show(const Blob& blob) const;
 
@@ -102,8 +112,9 @@ struct LIBOCC_API Lamp {
 
   /// Checks all fields. Sets frequency_hz and waveform if there is a code without waveform. With
   /// photometry, a disc without radius_m takes shape and size of the luminous opening, and a shape
-  /// with sides without size_m takes those of an opening of that shape. Makes
-  /// normal and x_axis unit and orthogonal; unless uses_x_axis(), x_axis is replaced by an axis
+  /// with sides without size_m takes those of an opening of that shape. Moves centre_m and
+  /// corners_m so that centre_m is the centroid of a polygon's area. Makes normal and x_axis unit
+  /// and orthogonal; unless uses_x_axis(), x_axis is replaced by an axis
   /// that depends on the normal only. A second call changes nothing. Throws std::invalid_argument
   /// naming the lamp, the field and its value.
   void validate();

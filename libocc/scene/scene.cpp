@@ -11,6 +11,7 @@
 #include "libocc/core/internal/fields.hpp"
 #include "libocc/core/internal/vector_text.hpp"
 #include "libocc/core/require.hpp"
+#include "libocc/scene/internal/lamp_polygon.hpp"
 #include "libocc/scene/internal/scene_fields.hpp"
 
 namespace occ {
@@ -77,14 +78,19 @@ void check_shared_errors(const std::vector<Lamp>& lamps) {
 }  // namespace
 
 bool Scene::has_straight_sides() const {
-  return std::any_of(lamps.begin(), lamps.end(), [](const Lamp& lamp) {
-    return lamp.shape == LampShape::rectangle || lamp.shape == LampShape::lame;
-  });
+  return std::any_of(lamps.begin(), lamps.end(),
+                     [](const Lamp& lamp) { return has_sides(lamp) || is_polygon(lamp); });
 }
 
 bool Scene::has_free_forms() const {
   return std::any_of(lamps.begin(), lamps.end(), [](const Lamp& lamp) {
-    return lamp.shape == LampShape::lame && lamp.exponent != 2;
+    return is_polygon(lamp) || (is_lame(lamp) && lamp.exponent != 2);
+  });
+}
+
+bool Scene::has_hollows() const {
+  return std::any_of(lamps.begin(), lamps.end(), [](const Lamp& lamp) {
+    return is_polygon(lamp) && !is_convex(lamp.corners_m);
   });
 }
 

@@ -74,6 +74,7 @@ struct LIBOCC_API Scene {
   bool has_straight_sides() const;  ///< true if the image of a lamp may be a polygon
   /// True if the image of a lamp may be neither an ellipse nor a convex polygon.
   bool has_free_forms() const;
+  bool has_hollows() const;                      ///< true if a lamp is a polygon that is not convex
   Eigen::Vector3d mean_lamp_position_m() const;  ///< zero if there are no lamps
   /// Variances of the lamp's position along the axes of the world, with the shared errors.
   Eigen::Vector3d position_variance_m2(const Lamp& lamp) const;

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "libocc/core/require.hpp"
+#include "libocc/scene/internal/lamp_polygon.hpp"
 #include "libocc/simulate/internal/planning.hpp"
 
 namespace occ::internal::simulate {
@@ -13,8 +14,8 @@ bool on_face(const Lamp& lamp, const Eigen::Vector3d& position) {
   constexpr double touching_m = 1e-6;  // rounding of poses
   const Eigen::Vector3d offset = position - lamp.centre_m;
   if (!(std::abs(offset.dot(lamp.normal)) < touching_m)) return false;
-  const double u = std::abs(offset.dot(lamp.x_axis));
-  const double v = std::abs(offset.dot(lamp.normal.cross(lamp.x_axis)));
+  const Eigen::Vector2d at(offset.dot(lamp.x_axis), offset.dot(lamp.normal.cross(lamp.x_axis)));
+  const double u = std::abs(at.x()), v = std::abs(at.y());
   const Eigen::Vector2d half = 0.5 * lamp.size_m;
   switch (lamp.shape) {
     case LampShape::point:
@@ -25,6 +26,8 @@ bool on_face(const Lamp& lamp, const Eigen::Vector3d& position) {
       return u < half.x() && v < half.y();
     case LampShape::lame:
       return std::pow(u / half.x(), lamp.exponent) + std::pow(v / half.y(), lamp.exponent) < 1;
+    case LampShape::polygon:
+      return scene::contains(lamp.corners_m, at);
   }
   return false;
 }

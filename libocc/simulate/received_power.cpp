@@ -13,6 +13,7 @@
 #include "libocc/core/require.hpp"
 #include "libocc/formation/internal/shadow.hpp"
 #include "libocc/formation/light.hpp"
+#include "libocc/geometry/so3.hpp"
 #include "libocc/scene/internal/lamp_emission.hpp"
 #include "libocc/scene/internal/vignetting.hpp"
 #include "libocc/scene/view.hpp"
@@ -24,30 +25,52 @@ using namespace internal::formation;
 using namespace internal::core;
 namespace {
 
-// Maps the square [0, 1]^2 to the face of an extended lamp: u along chords parallel to x_axis, v
-// across them as the sine of a uniform angle. The map is smooth at the ends of a round face.
+// Maps the square [0, 1]^2 to the face of an extended lamp, or to one triangle of it: u along
+// chords parallel to x_axis, v across them as the sine of a uniform angle. The map is smooth at the
+// ends of a round face. Of a triangle, v is along it from its last corner.
 class FaceMap {
  public:
-  explicit FaceMap(const Lamp& lamp) : face_(lamp) {
-    half_m_ = lamp.shape == LampShape::disc ? Eigen::Vector2d::Constant(lamp.radius_m)
-                                            : Eigen::Vector2d(0.5 * lamp.size_m);
-    exponent_ = lamp.shape == LampShape::disc ? 2 : lamp.exponent;
-    square_ = lamp.shape == LampShape::rectangle;
-    box_over_face_ = 4 * half_m_.prod() / lamp.area_m2();
+  // One map for a whole face, or one for each triangle of a polygon.
+  static std::vector<FaceMap> of(const Lamp& lamp) {
+    std::vector<FaceMap> maps;
+    for (const std::array<int, 3>& corners : lamp.face_triangles())
+      maps.push_back(FaceMap(lamp, corners));
+    if (maps.empty()) maps.push_back(FaceMap(lamp));
+    return maps;
   }
 
   Eigen::Vector3d point(double u, double v) const {
+    if (is_triangle_) return face_.point(tip_ + v * (to_first_ + u * to_second_));
     const double across = std::sin(pi * (v - 0.5));
     return face_.point({(2 * u - 1) * half_m_.x() * half_chord(across), half_m_.y() * across});
   }
 
   // Density of the face's area in the square, relative to the whole face.
   double density(double v) const {
+    if (is_triangle_) return 2 * part_ * v;
     const double angle = pi * (v - 0.5);
-    return box_over_face_ * half_chord(std::sin(angle)) * 0.5 * pi * std::cos(angle);
+    return part_ * half_chord(std::sin(angle)) * 0.5 * pi * std::cos(angle);
   }
 
  private:
+  FaceMap(const Lamp& lamp, const std::array<int, 3>& corners) : face_(lamp), is_triangle_(true) {
+    const auto corner = [&](std::size_t i) -> const Eigen::Vector2d& {
+      return lamp.corners_m[static_cast<std::size_t>(corners[i])];
+    };
+    tip_ = corner(2);
+    to_first_ = corner(0) - tip_;
+    to_second_ = corner(1) - corner(0);
+    part_ = 0.5 * cross_2d(to_first_, to_second_) / lamp.area_m2();
+  }
+
+  explicit FaceMap(const Lamp& lamp) : face_(lamp) {
+    half_m_ = lamp.shape == LampShape::disc ? Eigen::Vector2d::Constant(lamp.radius_m)
+                                            : Eigen::Vector2d(0.5 * lamp.size_m);
+    exponent_ = lamp.shape == LampShape::disc ? 2 : lamp.exponent;
+    square_ = lamp.shape == LampShape::rectangle;
+    part_ = 4 * half_m_.prod() / lamp.area_m2();
+  }
+
   double half_chord(double across) const {
     if (square_) return 1;
     if (exponent_ == 2) return std::sqrt(std::max(0.0, 1 - across * across));
@@ -56,9 +79,12 @@ class FaceMap {
   }
 
   Face face_;
-  Eigen::Vector2d half_m_;
-  double exponent_ = 2, box_over_face_ = 1;
+  Eigen::Vector2d half_m_ = Eigen::Vector2d::Zero();
+  double exponent_ = 2;
+  double part_ = 1;  // of the box around the face, or the triangle, over the face's area
   bool square_ = false;
+  bool is_triangle_ = false;
+  Eigen::Vector2d tip_, to_first_, to_second_;
 };
 
 // Properties of a scene that all poses share.
@@ -94,12 +120,12 @@ class SeenLamp {
       const double power_w = power_from(lamp_.centre_m);
       return {power_w, power_w > 0};
     }
-    const FaceMap face(lamp_);
     ReceivedLamp sum{0, hidden_ == 0};
-    for (int i = 0; i < cells_per_side; ++i)
-      for (int j = 0; j < cells_per_side; ++j)
-        add({1.0 / cells_per_side, i / double{cells_per_side}, j / double{cells_per_side}}, 0, face,
-            sum);
+    for (const FaceMap& face : FaceMap::of(lamp_))
+      for (int i = 0; i < cells_per_side; ++i)
+        for (int j = 0; j < cells_per_side; ++j)
+          add({1.0 / cells_per_side, i / double{cells_per_side}, j / double{cells_per_side}}, 0,
+              face, sum);
     return sum;
   }
 

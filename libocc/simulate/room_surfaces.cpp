@@ -8,6 +8,7 @@
 
 #include "libocc/core/math.hpp"
 #include "libocc/formation/internal/shadow.hpp"
+#include "libocc/scene/internal/lamp_polygon.hpp"
 
 namespace occ::internal::simulate {
 
@@ -36,9 +37,33 @@ double configuration_factor(const std::array<Eigen::Vector3d, 4>& polygon,
   return std::abs(sum) / (2 * pi);
 }
 
+// Centres of the cells of a grid over a polygon that are inside it; a finer grid for a thin star.
+std::vector<Eigen::Vector3d> polygon_elements(const Lamp& lamp) {
+  constexpr std::size_t enough = 12;
+  const Face face(lamp);
+  Eigen::Array2d low = Eigen::Array2d::Constant(infinity), high = -low;
+  for (const Eigen::Vector2d& corner : lamp.corners_m) {
+    low = low.min(corner.array());
+    high = high.max(corner.array());
+  }
+  std::vector<Eigen::Vector3d> elements;
+  for (int along = 7; elements.size() < enough && along < 200; along *= 3) {
+    elements.clear();
+    for (int i = 0; i < along; ++i)
+      for (int j = 0; j < along; ++j) {
+        const Eigen::Array2d share = Eigen::Array2d(i + 0.5, j + 0.5) / along;
+        const Eigen::Vector2d at = low + (high - low) * share;
+        if (internal::scene::contains(lamp.corners_m, at)) elements.push_back(face.point(at));
+      }
+  }
+  if (elements.empty()) elements.push_back(lamp.centre_m);
+  return elements;
+}
+
 // Points that represent equal parts of a lamp's face; for a disc, on rings of equal area.
 std::vector<Eigen::Vector3d> lamp_elements(const Lamp& lamp) {
   if (lamp.shape == LampShape::point) return {lamp.centre_m};
+  if (lamp.shape == LampShape::polygon) return polygon_elements(lamp);
   const Face face(lamp);
   std::vector<Eigen::Vector3d> elements;
   constexpr int rings = 3, around = 8, along = 5;

@@ -38,6 +38,8 @@ const char* shape_name(LampShape shape) {
       return "rectangle";
     case LampShape::lame:
       return "lame";
+    case LampShape::polygon:
+      return "polygon";
     case LampShape::point:
       break;
   }

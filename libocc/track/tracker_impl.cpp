@@ -10,8 +10,8 @@
 #include "libocc/core/math.hpp"
 #include "libocc/core/require.hpp"
 #include "libocc/geometry/motion.hpp"
+#include "libocc/locate/internal/detect_options.hpp"
 #include "libocc/refine/internal/scene_errors.hpp"
-#include "libocc/scene/internal/lamp_colours.hpp"
 
 namespace occ::internal::track {
 
@@ -163,13 +163,8 @@ PredictedCamera TrackerImpl::camera_at(const PosePrediction& predicted, const Jo
 std::vector<Blob> TrackerImpl::detect_at(Job& job,
                                          const std::vector<ExpectedLamp>& expected) const {
   const auto begun = std::chrono::steady_clock::now();
-  DetectOptions options = detect_;
-  if (!options.sensor) options.sensor = job.view.scene.sensor;
-  if (options.colours.empty())
-    options.colours = internal::scene::stated_colours(job.view.scene.lamps);
+  DetectOptions options = locate::detect_options_of(job.view.scene, detect_);
   options.rims = options.rims || (options_.locate.detect.rims && sizes_next_);
-  options.polygons = options.polygons && job.view.scene.has_straight_sides();
-  options.free_forms = options.free_forms || job.view.scene.has_free_forms();
   double pixels = 0;
   const Camera& camera = job.view.scene.camera;
   const std::vector<PixelWindow> windows = windows_of(expected, camera, options_.gate_sigma);

@@ -57,13 +57,13 @@ Prior TrackerImpl::lasting_prior(const Job& job) const {
 Result<Fix> TrackerImpl::locate_in(Job& job, const std::optional<Prior>& prior) const {
   LocateOptions options = options_.locate;
   options.prior = prior && !prior->empty() ? prior : std::nullopt;
-  Result<Fix> fix = locate(job.image, job.view.scene, options);
+  Result<Fix> fix = occ::locate(job.image, job.view.scene, options);
   if (fix.status == Status::no_pose && job.view.scene.sensor.row_time_s > 0) {
     // The camera's motion during the readout bends the image; rims would reject every pose.
     options.detect.rims = false;
     options.refine.model_sigma_px = std::max(options.refine.model_sigma_px, bent_sigma_px);
     options.identify.model_sigma_px = std::max(options.identify.model_sigma_px, bent_sigma_px);
-    fix = locate(job.image, job.view.scene, options);
+    fix = occ::locate(job.image, job.view.scene, options);
   }
   job.frame.full_search = true;
   job.frame.timing_s.detect_s += fix->timing_s.detect_s;

@@ -181,6 +181,11 @@ void define_scene(py::module_& m) {
                             sensor_fields);
   define_photometric(m);
   define_documented<Lamp>(m, "Lamp", "A lamp: position, shape, light and blinking.", lamp_fields);
+  const py::object lamp = m.attr("Lamp");
+  lamp.attr("face_triangles") = py::cpp_function(
+      &Lamp::face_triangles, py::name("face_triangles"), py::is_method(lamp),
+      "Returns a list of [i, j, k], indices into corners_m: triangles that cover the face of a "
+      "polygon. Empty for other shapes.");
   define_documented<Room>(m, "Room", "A box room with one corner at the world's origin.",
                           room_fields);
   define_documented<Ghost>(m, "Ghost", "A faint second image from two reflections inside the lens.",

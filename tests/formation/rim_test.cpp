@@ -34,6 +34,14 @@ Lamp tilted_curve(double exponent) {
   return lamp;
 }
 
+Lamp tilted_polygon() {
+  Lamp lamp = tilted_rectangle();
+  lamp.shape = LampShape::polygon;
+  lamp.corners_m = {{-0.2, -0.1}, {0.4, -0.1}, {0.4, 0.1}, {0.1, 0.1}, {-0.1, 0.3}, {-0.2, 0.2}};
+  lamp.validate();
+  return lamp;
+}
+
 Rigid3 some_pose() { return {so3_exp({0.1, -0.15, 0.7}), {0.1, 0.05, 0.2}}; }
 
 /// Centre of the conic through the points, by least squares on its six coefficients.
@@ -217,7 +225,8 @@ TEST(LampCentre, JacobianAgreesWithDifferencesAndErrorsAreDetected) {
 }
 
 TEST(RimDistance, IsZeroOnTheRimAndTheOffsetNearIt) {
-  for (const Lamp& lamp : {tilted_disc(), tilted_rectangle(), tilted_curve(1.3), tilted_curve(4)}) {
+  for (const Lamp& lamp :
+       {tilted_disc(), tilted_rectangle(), tilted_curve(1.3), tilted_curve(4), tilted_polygon()}) {
     for (const Camera* camera : {&straight, &bent}) {
       for (const double offset : {0.0, 0.3, -0.3}) {
         const auto rim = test::exact_rim(lamp, some_pose(), *camera, 40, 0.05, offset);
@@ -237,7 +246,8 @@ TEST(RimDistance, IsZeroOnTheRimAndTheOffsetNearIt) {
 }
 
 TEST(RimDistance, JacobianAgreesWithDifferencesAndErrorsAreDetected) {
-  for (const Lamp& lamp : {tilted_disc(), tilted_rectangle(), tilted_curve(1.3), tilted_curve(4)}) {
+  for (const Lamp& lamp :
+       {tilted_disc(), tilted_rectangle(), tilted_curve(1.3), tilted_curve(4), tilted_polygon()}) {
     for (const Camera* camera : {&straight, &bent}) {
       // 3 px off, so that the dependence of the scale on the pose matters
       for (const RimPoint& point : test::exact_rim(lamp, some_pose(), *camera, 16, 0.05, 3)) {

@@ -23,7 +23,7 @@ from exif_pictures import (
 import libocc as occ
 
 Run = Callable[..., tuple[int, str, str]]
-SHAPES = ["disc", "rectangle", "lame", "point"]
+SHAPES = ["disc", "rectangle", "lame", "polygon", "point"]
 KEY = re.compile(r"^ *(?:- )?(#?)(?:- )?(\w+):")
 SMALL = occ.Camera.pinhole(width=640, height=480, fx_px=450, fy_px=451, cx_px=318, cy_px=241, distortion=[0.1, 0, 0, 0])
 

@@ -42,7 +42,8 @@ VALUES: dict[type, dict[str, Any]] = {
     ),
     occ.Lamp: dict(
         id=4, name="door", shape=occ.LampShape.lame, centre_m=[1, 2, 3], normal=[0, 1, 0], radius_m=0.2,
-        size_m=[0.3, 0.4], x_axis=[0, 0, 1], exponent=3, power_w=2, power_sigma=0.2, half_power_rad=1,
+        size_m=[0.3, 0.4], x_axis=[0, 0, 1], exponent=3,
+        corners_m=[[0, 0], [1, 0], [0, 2]], power_w=2, power_sigma=0.2, half_power_rad=1,
         code=codes.LampCode(code=codes.Code(**CODE), id=3), frequency_hz=50, waveform=[1, 0.5], duty=0.25, phase=0.5,
         colour=[1, 0.5, 0.25], colour_sigma=0.2,
         position_sigma_m=[0.01, 0.02, 0.03], size_sigma=0.05, tilt_sigma_rad=0.1,

@@ -125,7 +125,7 @@ TEST(BadScene, LampValues) {
   EXPECT_EQ(lamp_complaint("id: 0, centre_m: [0, 0, 3], radius_m: 1, frequency_hz: -5"),
             at + "frequency_hz`: must be positive, got -5");
   EXPECT_EQ(lamp_complaint("id: 0, centre_m: [0, 0, 3], shape: sphere"),
-            at + "shape`: must be one of disc, rectangle, point, lame, got sphere");
+            at + "shape`: must be one of disc, rectangle, point, lame, polygon, got sphere");
   EXPECT_EQ(lamp_complaint(
                 "id: 0, centre_m: [0, 0, 3], shape: rectangle, size_m: [1, 1], x_axis: [0, 0, 2]"),
             at + "x_axis`: must be not parallel to the normal, got [0, 0, 2]");

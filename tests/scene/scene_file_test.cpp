@@ -57,6 +57,7 @@ void expect_same(const Lamp& a, const Lamp& b) {
   EXPECT_EQ(a.size_m, b.size_m);
   EXPECT_EQ(a.x_axis, b.x_axis);
   EXPECT_EQ(a.exponent, b.exponent);
+  EXPECT_EQ(a.corners_m, b.corners_m);
   EXPECT_EQ(a.power_w, b.power_w);
   EXPECT_EQ(a.power_sigma, b.power_sigma);
   EXPECT_EQ(a.half_power_rad, b.half_power_rad);
@@ -101,7 +102,7 @@ Sensor random_sensor(Random& random) {
 Lamp random_lamp(Random& random, int id) {
   Lamp lamp;
   lamp.id = id;
-  lamp.shape = static_cast<LampShape>(id % 4);
+  lamp.shape = static_cast<LampShape>(id % 5);
   lamp.centre_m = 10 * test::random_vector(random);
   lamp.normal = test::random_vector(random);
   if (lamp.shape == LampShape::disc) lamp.radius_m = random.uniform(0.01, 1);
@@ -109,6 +110,15 @@ Lamp random_lamp(Random& random, int id) {
   if (lamp.shape == LampShape::rectangle || lamp.shape == LampShape::lame) {
     lamp.size_m = {random.uniform(0.01, 1), random.uniform(0.01, 1)};
     lamp.x_axis = test::random_vector(random);
+  }
+  if (lamp.shape == LampShape::polygon) {
+    lamp.x_axis = test::random_vector(random);
+    for (int i = 0; i < 5; ++i) {  // a star, seen from one point in it
+      const double angle = 2 * pi * (i + random.uniform(0, 0.8)) / 5;
+      const double radius = random.uniform(0.1, 1);
+      lamp.corners_m.emplace_back(radius * std::cos(angle), radius * std::sin(angle));
+    }
+    lamp.validate();  // moves centre_m, which decides on the room
   }
   lamp.power_w = std::exp(random.uniform(-10, 10));
   lamp.power_sigma = random.uniform();

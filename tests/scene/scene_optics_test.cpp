@@ -2,6 +2,9 @@
 // Scene files with Lame curves, waveforms and lens parameters.
 #include <cmath>
 
+#include "libocc/core/math.hpp"
+#include "libocc/core/random.hpp"
+#include "libocc/scene/internal/lamp_polygon.hpp"
 #include "libocc/scene/scene_file.hpp"
 #include "tests/support/support.hpp"
 
@@ -47,6 +50,77 @@ TEST(SceneOptics, ErrorsOfALameCurveAreReported) {
   EXPECT_EQ(complaint_about(lame + "exponent: 2, radius_m: 1").find(at + "radius_m`: is not known"),
             0u);
   EXPECT_EQ(complaint_about("radius_m: 1, exponent: 2").find(at + "exponent`: is not known"), 0u);
+}
+
+TEST(SceneOptics, APolygonIsReadAndWritten) {
+  const std::string text =
+      "shape: polygon, corners_m: [[0, 0.2], [0.4, 0.2], [0.4, 0], [0, 0]], x_axis: [0, 2, 0]";
+  const Scene scene = parse_scene(scene_text(text));
+  const Lamp& lamp = scene.lamps[0];
+  EXPECT_EQ(lamp.shape, LampShape::polygon);
+  // Counter-clockwise about the centroid, to which the centre moved: x_axis is +y of the world, and
+  // its lit side, below, is seen with y of the lamp towards +x.
+  ASSERT_EQ(lamp.corners_m.size(), 4u);
+  EXPECT_LT((lamp.corners_m[0] - Eigen::Vector2d(-0.2, -0.1)).norm(), 1e-12);
+  EXPECT_LT((lamp.corners_m[1] - Eigen::Vector2d(0.2, -0.1)).norm(), 1e-12);
+  EXPECT_LT((lamp.centre_m - Eigen::Vector3d(0.1, 0.2, 3)).norm(), 1e-12);
+  EXPECT_NEAR(lamp.area_m2(), 0.08, 1e-15);
+  EXPECT_NEAR(lamp.reach_m(), std::hypot(0.2, 0.1), 1e-15);
+  EXPECT_EQ(format_scene(parse_scene(format_scene(scene))), format_scene(scene));
+  EXPECT_TRUE(scene.has_straight_sides());
+}
+
+TEST(SceneOptics, ErrorsOfAPolygonAreReported) {
+  const std::string at = "s.yaml:4: key `lamps[0].corners_m`: ";
+  const auto about = [&](const std::string& corners) {
+    return complaint_about("shape: polygon, corners_m: " + corners);
+  };
+  EXPECT_EQ(complaint_about("shape: polygon"), at + "is missing");
+  EXPECT_EQ(about("[[0, 0], [1, 0]]"), at + "must be at least three corners, got 2 corners");
+  EXPECT_EQ(about("[[0, 0], [1, 0, 0], [1, 1]]"),
+            at + "must be a list of lists of 2 finite numbers, got a list of 3 in it");
+  const std::string rule =
+      at + "must be the corners of a polygon that does not cross or touch itself";
+  EXPECT_EQ(about("[[0, 0], [1, 1], [1, 0], [0, 1]]"), rule + ", got sides 1-2 and 3-4 that meet");
+  EXPECT_EQ(about("[[0, 0], [2, 0], [2, 1], [1, 0], [0, 1]]"),
+            rule + ", got sides 1-2 and 3-4 that meet");
+  EXPECT_EQ(about("[[0, 0], [0, 0], [1, 0], [0, 1]]"), rule + ", got a side 1-2 of no length");
+  EXPECT_EQ(about("[[0, 0], [1, 0], [2, 0]]"),
+            rule + ", got a side 3-1 that runs back along side 2-3");
+  EXPECT_EQ(complaint_about("radius_m: 1, corners_m: [[0, 0], [1, 0], [0, 1]]")
+                .find("s.yaml:4: key `lamps[0].corners_m`: is not known"),
+            0u);
+}
+
+TEST(SceneOptics, TrianglesOfAPolygonCoverIt) {
+  Lamp lamp;
+  EXPECT_TRUE(lamp.face_triangles().empty());
+  lamp.shape = LampShape::polygon;
+  Random random(3);
+  for (int n = 0; n < 200; ++n) {
+    lamp.corners_m.clear();
+    const int count = 3 + static_cast<int>(random.below(9));
+    for (int i = 0; i < count; ++i) {
+      const double angle = 2 * pi * (i + random.uniform(0, 0.9)) / count;
+      const double radius = random.uniform(0.05, 1);
+      lamp.corners_m.emplace_back(radius * std::cos(angle), radius * std::sin(angle));
+    }
+    lamp.validate();
+    const auto triangles = lamp.face_triangles();
+    ASSERT_EQ(triangles.size(), lamp.corners_m.size() - 2);
+    double area_m2 = 0;
+    for (const auto& [i, j, k] : triangles) {
+      const auto at = [&](int c) { return lamp.corners_m[static_cast<std::size_t>(c)]; };
+      const Eigen::Vector2d a = at(j) - at(i), b = at(k) - at(i);
+      const double twice = a.x() * b.y() - a.y() * b.x();
+      EXPECT_GT(twice, 0);
+      area_m2 += twice / 2;
+      const Eigen::Vector2d middle = (at(i) + at(j) + at(k)) / 3;
+      EXPECT_TRUE(internal::scene::contains(lamp.corners_m, middle));
+    }
+    EXPECT_NEAR(area_m2, lamp.area_m2(), 1e-12);
+  }
+  EXPECT_FALSE(internal::scene::contains(lamp.corners_m, {2, 0}));
 }
 
 TEST(SceneOptics, WaveformsAreReadAndTheirErrorsReported) {

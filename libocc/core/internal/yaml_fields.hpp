@@ -91,6 +91,7 @@ bool is_left_out(const T& value, const Rule&) {
   else if constexpr (std::is_same_v<Rule, WrittenWhenEmpty>)
     return false;
   else if constexpr (std::is_same_v<T, std::string> || std::is_same_v<T, std::vector<double>> ||
+                     std::is_same_v<T, std::vector<Eigen::Vector2d>> ||
                      std::is_same_v<T, std::vector<Eigen::Vector3d>>)
     return value.empty();
   else

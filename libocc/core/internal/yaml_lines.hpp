@@ -36,9 +36,11 @@ std::string list_text(const List& values) {
   return "[" + text + "]";
 }
 
-inline std::string list_text(const std::vector<Eigen::Vector3d>& values) {
+template <int n>
+std::string list_text(const std::vector<Eigen::Matrix<double, n, 1>>& values) {
   std::string text;
-  for (const Eigen::Vector3d& value : values) text += (text.empty() ? "" : ", ") + list_text(value);
+  for (const Eigen::Matrix<double, n, 1>& value : values)
+    text += (text.empty() ? "" : ", ") + list_text(value);
   return "[" + text + "]";
 }
 

@@ -35,6 +35,7 @@ class YamlSection {
   void read(const std::string& key, Eigen::Vector3d& value);
   void read(const std::string& key, PerAxis& value);
   void read(const std::string& key, std::vector<double>& value);
+  void read(const std::string& key, std::vector<Eigen::Vector2d>& value);
   void read(const std::string& key, std::vector<Eigen::Vector3d>& value);
   void read(const std::string& key, std::vector<std::string>& value);
   template <typename T>
@@ -86,6 +87,8 @@ class YamlSection {
                                                                 const std::string& rule);
   std::optional<std::size_t> choice(const std::string& key, const std::vector<std::string>& names);
   void read_exactly(const std::string& key, std::size_t count, double* values);
+  template <typename Vector>
+  void read_vectors(const std::string& key, std::vector<Vector>& value);
 
   std::shared_ptr<const YamlNode> node_;
   int line_;

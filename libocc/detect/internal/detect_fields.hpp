@@ -25,6 +25,8 @@ inline constexpr auto detect_fields = core::fields_of<DetectOptions>(
                 "with rims: also measure those of lamps with straight sides"),
     core::field("free_forms", &DetectOptions::free_forms, "", core::Unrestricted{},
                 "with rims: also measure those of lamps of any other shape"),
+    core::field("hollows", &DetectOptions::hollows, "", core::Unrestricted{},
+                "with free_forms: an outline with a hollow, as of an L, is that of one lamp"),
     core::field("patterned", &DetectOptions::patterned, "", core::Unrestricted{},
                 "join the bright parts of lamps such as pairs of tubes, louvred panels and frames"),
     core::field(

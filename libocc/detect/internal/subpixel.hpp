@@ -92,7 +92,7 @@ struct FreeRim {
   RimErrorCovariance common_covariance_px2 = RimErrorCovariance::Zero();
   Eigen::Matrix2d light_response_px2 = Eigen::Matrix2d::Zero();
   RimLightResponse point_response;
-  bool is_convex = true;  ///< false: the blob may be that of several lamps
+  bool is_convex = true;  ///< false: the blob may be that of several lamps, or of one with hollows
 };
 
 /// Measures the outline of a lamp of any shape. Empty when it has no plateau, or too few places

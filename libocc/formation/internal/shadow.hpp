@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "libocc/core/abi.hpp"
 #include "libocc/scene/scene.hpp"
 
 namespace occ::internal::formation {
@@ -36,7 +37,7 @@ struct Visible {
   double share = 1;             ///< fraction of its area; 0 or 1 for a point lamp
   std::vector<Polygon> pieces;  ///< pieces of the face; empty if all or nothing is visible
 };
-Visible visible_part(const Lamp& lamp, const std::vector<Box>& boxes,
-                     const Eigen::Vector3d& seen_from);
+LIBOCC_API Visible visible_part(const Lamp& lamp, const std::vector<Box>& boxes,
+                                const Eigen::Vector3d& seen_from);
 
 }  // namespace occ::internal::formation

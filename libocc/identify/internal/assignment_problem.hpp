@@ -63,6 +63,7 @@ struct AssignmentProblem {
   const std::vector<Blob>* blobs = nullptr;
   const Camera* camera = nullptr;
   const Scene* scene = nullptr;  ///< null for the points of an object
+  bool has_polygons = false;     ///< a blob with four corners may be another shape than a rectangle
   bool all_covisible = true;     ///< any points can be visible together, as lamps of a scene
   const IdentifyOptions* options = nullptr;
   int min_pairs = 0;                                 ///< hypotheses with fewer pairs are discarded

@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-// Internal: poses from the corners of one rectangular lamp, where fewer than three lamps match.
+// Internal: poses from the corners of one rectangular lamp.
 #pragma once
 
 #include <vector>
 
-#include "libocc/identify/internal/pose_hypothesis.hpp"
+#include "libocc/identify/internal/search_by_one_lamp.hpp"
 
 namespace occ::internal::identify {
 
-/// All poses that the corners of one blob and one rectangle allow, with the other blobs that match
-/// there; those with the most pairs, by chi2 of the corners. Lists mirror poses and turns of a
-/// rectangle. Empty without blobs that have four corners, and for cameras that are not central.
-std::vector<PoseHypothesis> corner_hypotheses(const AssignmentProblem& problem);
+/// All poses that the four corners of a blob and a rectangle allow, mirror poses and turns of the
+/// rectangle included. The camera must be central.
+std::vector<LampPose> corner_poses(const AssignmentProblem& problem, const Blob& blob,
+                                   const Lamp& lamp);
 
 }  // namespace occ::internal::identify

@@ -15,11 +15,12 @@
 
 namespace occ::internal::scene {
 
-inline constexpr std::array<core::Word<LampShape>, 4> shape_words{
+inline constexpr std::array<core::Word<LampShape>, 5> shape_words{
     {{"disc", LampShape::disc},
      {"rectangle", LampShape::rectangle},
      {"point", LampShape::point},
-     {"lame", LampShape::lame}}};
+     {"lame", LampShape::lame},
+     {"polygon", LampShape::polygon}}};
 
 /// YAML 1.1 tools write `on` and `off` as the last two.
 inline constexpr std::array<core::Word<Use>, 5> use_words{{{"on", Use::on},
@@ -30,6 +31,7 @@ inline constexpr std::array<core::Word<Use>, 5> use_words{{{"on", Use::on},
 
 inline bool is_disc(const Lamp& lamp) { return lamp.shape == LampShape::disc; }
 inline bool is_lame(const Lamp& lamp) { return lamp.shape == LampShape::lame; }
+inline bool is_polygon(const Lamp& lamp) { return lamp.shape == LampShape::polygon; }
 inline bool has_sides(const Lamp& lamp) {
   return lamp.shape == LampShape::rectangle || lamp.shape == LampShape::lame;
 }
@@ -44,7 +46,7 @@ inline constexpr auto lamp_fields = core::fields_of<Lamp>(
                          "whole number, unique in the scene"),
     core::field("name", &Lamp::name, "", core::Unrestricted{}, "label for people"),
     core::field("shape", &Lamp::shape, "", core::one_of(shape_words),
-                "`disc`, `rectangle`, `point` or `lame`: the inside of the Lame curve "
+                "`disc`, `rectangle`, `point`, `polygon` or `lame`: the inside of the Lame curve "
                 "(superellipse) abs(2x/a)^n + abs(2y/b)^n = 1"),
     core::required_field("centre_m", &Lamp::centre_m, "m", core::Finite{},
                          "centre of the lit face in the world"),
@@ -59,12 +61,19 @@ inline constexpr auto lamp_fields = core::fields_of<Lamp>(
         .when(&has_sides),
     core::field("x_axis", &Lamp::x_axis, "", core::Direction{},
                 "direction of the first side, and C = 0 of `photometry`; its part along the normal "
-                "is removed; only of a rectangle, a Lame curve, or `photometry` that depends on C")
+                "is removed; only of a rectangle, a Lame curve, a polygon, or `photometry` that "
+                "depends on C")
         .when(&uses_x_axis),
     core::field("exponent", &Lamp::exponent, "", core::Interval{'[', 1, 100, ']'},
                 "n of a Lame curve, and only there; 2 is an ellipse")
         .needed()
         .when(&is_lame),
+    core::field("corners_m", &Lamp::corners_m, "m", core::Unrestricted{},
+                "corners (x, y) of a polygon in order, and only there, from `centre_m`: as its lit "
+                "side is seen, x along `x_axis` to the right and y up. `centre_m` becomes the "
+                "centroid of its area")
+        .needed()
+        .when(&is_polygon),
     core::field("position_sigma_m", &Lamp::position_sigma_m, "m", core::NotNegative{},
                 "standard deviation of `centre_m`: one number, or three along the axes of the "
                 "world; without it `map_sigma_m` of the scene"),
@@ -73,7 +82,7 @@ inline constexpr auto lamp_fields = core::fields_of<Lamp>(
                 "that lamps share, in the same order for all lamps; `position_sigma_m` is of this "
                 "lamp alone"),
     core::field("size_sigma", &Lamp::size_sigma, "", core::NotNegative{},
-                "relative standard deviation of `radius_m` or `size_m`"),
+                "relative standard deviation of `radius_m`, `size_m` or `corners_m`"),
     core::field("tilt_sigma_rad", &Lamp::tilt_sigma_rad, "rad", core::Angle{90, ')'},
                 "standard deviation of the directions of `normal` and `x_axis`; without it they "
                 "are exact"),

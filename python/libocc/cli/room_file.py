@@ -120,6 +120,13 @@ SIZES = {
     # Direction of the first side in the world. If omitted: along x.
     #x_axis: [1, 0, 0]
 """,
+    "polygon": """\
+    # Corners (x, y) of the lit face in order [m], as you see it from its lit side: x along x_axis to the
+    # right, y up. Required for a polygon. centre_m becomes the centroid of its area.
+    corners_m: [[0, 0], [0.3, 0], [0, 0.3]]
+    # Direction of x in the world. If omitted: along x.
+    #x_axis: [1, 0, 0]
+""",
     "point": "",
 }
 SHORT = {
@@ -127,11 +134,12 @@ SHORT = {
     "rectangle": ", size_m: [0.6, 0.3]",
     "point": "",
     "lame": ", size_m: [0.3, 0.3], exponent: 4",
+    "polygon": ", corners_m: [[0, 0], [0.3, 0], [0, 0.3]]",
 }
 SHAPES = tuple(SIZES)
 
 FIRST_LAMP = """\
-    # Shape of the lit face: disc, rectangle, lame (superellipse) or point. If omitted: disc.
+    # Shape of the lit face: disc, rectangle, lame (superellipse), polygon or point. If omitted: disc.
     shape: {shape}
 {size}\
     # Direction towards the lit side in the world. If omitted: down, as on a horizontal ceiling.

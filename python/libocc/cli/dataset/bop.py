@@ -37,13 +37,16 @@ def rim_in_lamp_m(lamp: Lamp) -> Any:
         return half * [[1, 1], [-1, 1], [-1, -1], [1, -1]]
     if lamp.shape.name == "lame":
         return half * np.sign(circle) * np.abs(circle) ** (2 / lamp.exponent)
+    if lamp.shape.name == "polygon":
+        return np.array(lamp.corners_m)
     return np.zeros((1, 2))
 
 
 def model_ply(lamp: Lamp) -> bytes:
-    """Luminous face as a triangle fan [mm], in PLY format."""
+    """Luminous face as triangles [mm], in PLY format."""
     rim = MM * rim_in_lamp_m(lamp)
-    faces = [f"3 0 {i} {i + 1}" for i in range(1, len(rim) - 1)]
+    fan = [[0, i, i + 1] for i in range(1, len(rim) - 1)]
+    faces = [f"3 {i} {j} {k}" for i, j, k in lamp.face_triangles() or fan]
     lines = ["ply", "format ascii 1.0", "comment libocc", f"element vertex {len(rim)}"]
     lines += [f"property float {name}" for name in ("x", "y", "z", "nx", "ny", "nz")]
     lines += [f"element face {len(faces)}", "property list uchar int vertex_indices", "end_header"]
@@ -51,13 +54,29 @@ def model_ply(lamp: Lamp) -> bytes:
     return ("\n".join(lines + faces) + "\n").encode()
 
 
+def symmetries_of_polygon(lamp: Lamp) -> list[tuple[float, float]]:
+    """Cosine and sine of the rotations that map the corners to themselves, except by 0."""
+    corners = np.array(lamp.corners_m) @ [1, 1j]
+    turns = []
+    for k in range(1, len(corners)):
+        turn = corners[k] / corners[0]
+        if np.allclose(np.roll(corners, -k), turn * corners, atol=1e-6 * np.abs(corners).max()):
+            turns.append((float(turn.real), float(turn.imag)))
+    return turns
+
+
 def symmetries(lamp: Lamp) -> dict[str, Any]:
     """Symmetries under rotation about the normal."""
     if lamp.shape.name in ("disc", "point"):
         return {"symmetries_continuous": [{"axis": [0, 0, 1], "offset": [0, 0, 0]}]}
-    square = lamp.size_m[0] == lamp.size_m[1]
+    if lamp.shape.name == "polygon":
+        turns = symmetries_of_polygon(lamp)
+    elif lamp.size_m[0] == lamp.size_m[1]:
+        turns = [(0.0, 1.0), (-1.0, 0.0), (0.0, -1.0)]
+    else:
+        turns = [(-1.0, 0.0)]
     rotations = []
-    for cosine, sine in ((0, 1), (-1, 0), (0, -1)) if square else ((-1, 0),):
+    for cosine, sine in turns:
         rotations.append([cosine, -sine, 0, 0, sine, cosine, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1])
     return {"symmetries_discrete": rotations}
 

@@ -168,17 +168,21 @@ def lamp() -> Schema:
         Lamp(id=0, centre_m=ORIGIN, radius_m=1.0),
         skip=["code", "photometry"],
         replace={"size_m": vector(2), "x_axis": vector(3), "exponent": NUMBER, "position_sigma_m": PER_AXIS,
-                 "shared_errors_m": listed(vector(3))},
+                 "shared_errors_m": listed(vector(3)), "corners_m": listed(vector(2))},
     )
-    for key in ("id", "centre_m", "radius_m", "size_m", "x_axis", "exponent"):
+    for key in ("id", "centre_m", "radius_m", "size_m", "x_axis", "exponent", "corners_m"):
         fields[key].pop("default", None)
-    needed = {"disc": ["radius_m"], "rectangle": ["size_m"], "lame": ["size_m", "exponent"]}
+    needed = {"disc": ["radius_m"], "rectangle": ["size_m"], "lame": ["size_m", "exponent"],
+              "polygon": ["corners_m"]}
     rules: list[Schema] = []
     for shape, keys in needed.items():
         named: Schema = {"properties": {"shape": {"const": shape}}}
         if shape != "disc":  # the default
             named["required"] = ["shape"]
-        rules.append({"if": named, "then": {"anyOf": [{"required": keys}, {"required": ["photometry"]}]}})
+        given: Schema = {"required": keys}
+        if shape != "polygon":  # no file of photometry has corners
+            given = {"anyOf": [given, {"required": ["photometry"]}]}
+        rules.append({"if": named, "then": given})
     rules.append({"not": {"required": ["photometry", "half_power_deg"]}})
     photometry = described(
         {"anyOf": [TEXT, mapping({"file": TEXT}, ["file"])]},

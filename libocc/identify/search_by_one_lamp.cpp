@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "libocc/identify/internal/search_by_one_lamp.hpp"
+
+#include <algorithm>
+
+#include "libocc/geometry/so3.hpp"
+#include "libocc/identify/internal/prior_gate.hpp"
+#include "libocc/identify/internal/search_by_corners.hpp"
+#include "libocc/identify/internal/search_by_outline.hpp"
+
+namespace occ::internal::identify {
+namespace {
+
+/// The pose in the local frame.
+FittedPose to_local(const LampPose& lamp, const Eigen::Vector3d& centre) {
+  FittedPose estimate;
+  estimate.pose.rotation = lamp.pose.rotation;
+  estimate.pose.translation = lamp.pose.translation - lamp.pose.rotation * centre;
+  // A rotation about the lamp's centre c is one about the camera and the translation c x rotation.
+  Matrix6 move = Matrix6::Identity();
+  move.bottomLeftCorner<3, 3>() = skew(lamp.pose.translation);
+  estimate.covariance = move * lamp.covariance * move.transpose();
+  estimate.chi2 = lamp.chi2;
+  return estimate;
+}
+
+}  // namespace
+
+std::vector<PoseHypothesis> one_lamp_hypotheses(const AssignmentProblem& problem) {
+  std::vector<PoseHypothesis> found;
+  if (!problem.scene || !problem.camera->is_central()) return found;
+  for (int s = 0; s < static_cast<int>(problem.observations.size()); ++s) {
+    const BearingObservation& observation = problem.observation(s);
+    const Blob& blob = (*problem.blobs)[static_cast<std::size_t>(observation.blob)];
+    OutlineSearch by_outline(problem, blob);
+    for (const int t : observation.lamps) {
+      const Lamp& lamp = problem.scene->lamps[static_cast<std::size_t>(t)];
+      const MapPoint& map_point = problem.map_point(t);
+      const bool by_corners = lamp.shape == LampShape::rectangle && observation.of_centre;
+      for (const LampPose& pose :
+           by_corners ? corner_poses(problem, blob, lamp) : by_outline.poses(lamp)) {
+        PoseHypothesis e;
+        e.estimate = to_local(pose, map_point.centre);
+        if (!faces(map_point, e.estimate.pose.origin_in_source()) ||
+            prior_chi2(problem, e.estimate) > max_prior_chi2)
+          continue;
+        const Assignment one{Pair{s, t}, Pair{-1, -1}, Pair{-1, -1}};
+        e.pairs = one_to_one(additional_pairs(problem, e.estimate, one));
+        e.pairs.push_back(one[0]);
+        std::sort(e.pairs.begin(), e.pairs.end(),
+                  [](const Pair& a, const Pair& b) { return a.observation < b.observation; });
+        e.chi2 = e.estimate.chi2;
+        account_for_unpaired_lamps(problem, e);
+        found.push_back(std::move(e));
+      }
+    }
+  }
+  // Only the poses that match the most blobs: the others leave them unexplained.
+  std::size_t most = 0;
+  for (const PoseHypothesis& e : found) most = std::max(most, e.pairs.size());
+  found.erase(std::remove_if(found.begin(), found.end(),
+                             [&](const PoseHypothesis& e) { return e.pairs.size() < most; }),
+              found.end());
+  std::stable_sort(
+      found.begin(), found.end(),
+      [](const PoseHypothesis& a, const PoseHypothesis& b) { return a.chi2 < b.chi2; });
+  return found;
+}
+
+}  // namespace occ::internal::identify

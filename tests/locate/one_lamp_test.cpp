@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: Apache-2.0
+// One lamp that is neither round nor an ellipse determines the pose, but for mirror poses and for
+// turns that map it to itself: all of them are listed, and the right one is among them.
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "libocc/core/math.hpp"
+#include "libocc/locate/locate.hpp"
+#include "tests/support/nees.hpp"
+#include "tests/support/simulate_support.hpp"
+
+namespace {
+
+using namespace occ;
+using namespace occ::test;
+
+struct Case {
+  std::string name;
+  Lamp lamp;
+  int least_poses, most_poses;
+};
+
+Lamp polygon(const std::vector<Eigen::Vector2d>& corners_m) {
+  Lamp lamp;
+  lamp.shape = LampShape::polygon;
+  lamp.corners_m = corners_m;
+  return lamp;
+}
+
+Lamp with_size(LampShape shape, double exponent = 2) {
+  Lamp lamp;
+  lamp.shape = shape;
+  lamp.size_m = {0.6, 0.4};
+  lamp.exponent = exponent;
+  return lamp;
+}
+
+std::vector<Case> cases() {
+  return {
+      {"rectangle", with_size(LampShape::rectangle), 2, 4},
+      {"triangle", polygon({{0, 0}, {0.6, 0.1}, {0.15, 0.6}}), 2, 8},
+      {"trapezium", polygon({{0.3, -0.15}, {0.1, 0.2}, {-0.1, 0.2}, {-0.3, -0.15}}), 1, 2},
+      {"hexagon",
+       polygon({{0.3, 0}, {0.15, 0.26}, {-0.15, 0.26}, {-0.3, 0}, {-0.15, -0.26}, {0.15, -0.26}}),
+       6, 12},
+      {"L", polygon({{0, 0}, {0.6, 0}, {0.6, 0.25}, {0.25, 0.25}, {0.25, 0.5}, {0, 0.5}}), 1, 2},
+      {"Lame curve", with_size(LampShape::lame, 4), 2, 4},
+      {"star", with_size(LampShape::lame, 1.3), 2, 8}};
+}
+
+TEST(OneLamp, AllPosesThatItsOutlineAllowsAreListed) {
+  for (Case& c : cases()) {
+    SCOPED_TRACE(c.name);
+    Scene scene;
+    scene.camera = Camera::pinhole(640, 480, 420, 420, 319.5, 239.5);
+    scene.sensor.exposure_s = 5e-5;
+    c.lamp.centre_m = {0, 0, 3};
+    c.lamp.x_axis = {std::cos(0.3), std::sin(0.3), 0};
+    c.lamp.power_w = 6;
+    scene.lamps = {c.lamp};
+    scene.validate();
+    Random random(7);
+    constexpr int views = 12;
+    double nees = 0;
+    for (int i = 0; i < views; ++i) {
+      const double turn = random.uniform(0, 2 * pi);
+      const Eigen::Vector3d at(random.uniform(-0.8, 0.8), random.uniform(-0.8, 0.8),
+                               random.uniform(0.3, 0.8));
+      const Rigid3 pose = look_at(at, {random.uniform(-0.2, 0.2), random.uniform(-0.2, 0.2), 2.9},
+                                  {std::cos(turn), std::sin(turn), 0});
+      SimulateOptions options;
+      options.seed = static_cast<std::uint64_t>(i);
+      const Image image = simulate(scene, pose, options).image;
+      const Result<Fix> fix = locate(image.view(), scene);
+      ASSERT_FALSE(fix->candidates.empty()) << i << ": " << fix.message;
+      EXPECT_GE(static_cast<int>(fix->candidates.size()), c.least_poses);
+      EXPECT_LE(static_cast<int>(fix->candidates.size()), c.most_poses);
+      double nearest = infinity;
+      for (const Candidate& candidate : fix->candidates) {
+        const Eigen::Matrix3d covariance =
+            position_covariance(candidate.cam_from_world, candidate.covariance);
+        const Eigen::Vector3d off = candidate.position_m - at;
+        nearest = std::min(nearest, off.dot(covariance.inverse() * off) / 3);
+      }
+      EXPECT_LT(nearest, 5.4) << i;  // chi-square of three coordinates, one in a thousand
+      nees += nearest / views;
+      if (fix.ok()) {
+        EXPECT_LT((fix->position_m - at).norm(), 0.02) << i;
+      }
+    }
+    EXPECT_LT(nees, test::chi2_interval(3.0 * views).second / (3 * views));
+    EXPECT_GT(nees, 0.3);
+  }
+}
+
+// Its outline is the same after any turn.
+TEST(OneLamp, ADiscDoesNotDetermineThePose) {
+  Scene scene;
+  scene.camera = Camera::pinhole(640, 480, 420, 420, 319.5, 239.5);
+  scene.sensor.exposure_s = 5e-5;
+  Lamp lamp;
+  lamp.centre_m = {0, 0, 3};
+  lamp.radius_m = 0.25;
+  lamp.power_w = 6;
+  scene.lamps = {lamp};
+  const Rigid3 pose = look_at({0.4, 0.2, 0.5}, {0, 0, 3}, Eigen::Vector3d::UnitY());
+  EXPECT_EQ(locate(simulate(scene, pose).image.view(), scene).status, Status::too_few_lamps);
+  scene.lamps[0].shape = LampShape::lame;  // an ellipse, of which all are equal in pictures
+  scene.lamps[0].size_m = {0.5, 0.5};
+  EXPECT_EQ(locate(simulate(scene, pose).image.view(), scene).status, Status::too_few_lamps);
+}
+
+}  // namespace
