@@ -8,7 +8,6 @@
 #include <array>
 #include <cmath>
 
-#include "libocc/core/internal/dense.hpp"
 #include "libocc/core/math.hpp"
 #include "libocc/pose/internal/point_fit.hpp"
 #include "libocc/pose/solvers/p3p.hpp"
@@ -97,10 +96,8 @@ std::vector<LampPose> corner_poses(const AssignmentProblem& problem, const Blob&
     for (const pose::PointFit& fit : poses_of(*seen, turned, max_chi2)) {
       // The equations are for a translation in units of the lamp's size.
       Vector6 unit;
-      unit << 1, 1, 1, size_m, size_m, size_m;
-      found.push_back({fit.pose,
-                       unit.asDiagonal() * core::inverse(Matrix6(fit.equations.information)) *
-                           unit.asDiagonal(),
+      unit << 1, 1, 1, 1 / size_m, 1 / size_m, 1 / size_m;
+      found.push_back({fit.pose, unit.asDiagonal() * fit.equations.information * unit.asDiagonal(),
                        fit.equations.chi2});
     }
   }

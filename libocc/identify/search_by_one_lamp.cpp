@@ -3,15 +3,15 @@
 
 #include <algorithm>
 
+#include "libocc/core/internal/dense.hpp"
 #include "libocc/geometry/so3.hpp"
 #include "libocc/identify/internal/prior_gate.hpp"
 #include "libocc/identify/internal/search_by_corners.hpp"
 #include "libocc/identify/internal/search_by_outline.hpp"
+#include "libocc/identify/internal/turned_discs.hpp"
 
 namespace occ::internal::identify {
-namespace {
 
-/// The pose in the local frame.
 FittedPose to_local(const LampPose& lamp, const Eigen::Vector3d& centre) {
   FittedPose estimate;
   estimate.pose.rotation = lamp.pose.rotation;
@@ -19,12 +19,10 @@ FittedPose to_local(const LampPose& lamp, const Eigen::Vector3d& centre) {
   // A rotation about the lamp's centre c is one about the camera and the translation c x rotation.
   Matrix6 move = Matrix6::Identity();
   move.bottomLeftCorner<3, 3>() = skew(lamp.pose.translation);
-  estimate.covariance = move * lamp.covariance * move.transpose();
+  estimate.covariance = move * core::inverse(lamp.information) * move.transpose();
   estimate.chi2 = lamp.chi2;
   return estimate;
 }
-
-}  // namespace
 
 std::vector<PoseHypothesis> one_lamp_hypotheses(const AssignmentProblem& problem) {
   std::vector<PoseHypothesis> found;
@@ -37,11 +35,14 @@ std::vector<PoseHypothesis> one_lamp_hypotheses(const AssignmentProblem& problem
       const Lamp& lamp = problem.scene->lamps[static_cast<std::size_t>(t)];
       const MapPoint& map_point = problem.map_point(t);
       const bool by_corners = lamp.shape == LampShape::rectangle && observation.of_centre;
-      for (const LampPose& pose :
-           by_corners ? corner_poses(problem, blob, lamp) : by_outline.poses(lamp)) {
+      std::vector<LampPose> poses =
+          by_corners ? corner_poses(problem, blob, lamp) : by_outline.poses(lamp);
+      if (lamp.shape == LampShape::disc) poses = turned_poses(problem, {s, t}, poses);
+      for (const LampPose& pose : poses) {
         PoseHypothesis e;
         e.estimate = to_local(pose, map_point.centre);
-        if (!faces(map_point, e.estimate.pose.origin_in_source()) ||
+        if (!e.estimate.covariance.allFinite() ||
+            !faces(map_point, e.estimate.pose.origin_in_source()) ||
             prior_chi2(problem, e.estimate) > max_prior_chi2)
           continue;
         const Assignment one{Pair{s, t}, Pair{-1, -1}, Pair{-1, -1}};

@@ -25,6 +25,7 @@ constexpr double max_lost = 0.1;               // part of the rays
 Lamp with_own_axes(const Lamp& lamp) {
   Lamp shape;
   shape.shape = lamp.shape;
+  shape.radius_m = lamp.radius_m;
   shape.size_m = lamp.size_m;
   shape.exponent = lamp.exponent;
   shape.corners_m = lamp.corners_m;
@@ -34,13 +35,14 @@ Lamp with_own_axes(const Lamp& lamp) {
 }
 
 bool is_same_shape(const Lamp& a, const Lamp& b) {
-  return a.shape == b.shape && a.size_m == b.size_m && a.exponent == b.exponent &&
-         a.corners_m == b.corners_m;
+  return a.shape == b.shape && a.radius_m == b.radius_m && a.size_m == b.size_m &&
+         a.exponent == b.exponent && a.corners_m == b.corners_m;
 }
 
+/// True if the outline determines the pose, or that of a disc but for its turn.
 bool determines_pose(const Lamp& lamp) {
-  return lamp.shape == LampShape::rectangle || lamp.shape == LampShape::polygon ||
-         (lamp.shape == LampShape::lame && lamp.exponent != 2);
+  return lamp.shape == LampShape::disc || lamp.shape == LampShape::rectangle ||
+         lamp.shape == LampShape::polygon || (lamp.shape == LampShape::lame && lamp.exponent != 2);
 }
 
 /// Central second moments of the lamp's face along its own axes.
@@ -65,7 +67,7 @@ OutlineSearch::OutlineSearch(const AssignmentProblem& problem, const Blob& blob)
       blob_(blob),
       sigma_px_(std::hypot(fit_px, problem.options->model_sigma_px) +
                 (blob.saturated ? growth_px : 0)) {
-  if (!blob.cut_by_border && (blob.free_form || !blob.corners_px.empty())) find_rays();
+  if (!blob.cut_by_border && !blob.rim.empty()) find_rays();
 }
 
 void OutlineSearch::find_rays() {
@@ -80,7 +82,7 @@ void OutlineSearch::find_rays() {
 /// lamp's axes about the normal. A is the upper left part of the rotation over the distance; the
 /// largest singular value of that part is 1, and two rotations have it.
 std::vector<Rigid3> OutlineSearch::starts(const Lamp& shape) const {
-  constexpr int turns = 24;
+  const int turns = shape.shape == LampShape::disc ? 1 : 24;
   std::vector<Rigid3> all;
   Eigen::Matrix<double, 3, 2> by_pixel;
   const auto bearing = problem_.camera->unproject(blob_.centroid_px, &by_pixel);
@@ -171,7 +173,7 @@ OutlineSearch::Fit OutlineSearch::refined(const Lamp& shape, const Rigid3& start
                             step.tail<3>().norm() < settled * pose.translation.norm();
     fit = next;
     gradient = new_gradient;
-    damping = std::max(1e-9, 0.1 * damping);
+    damping = std::max(1e-7, 0.1 * damping);  // no turn of a disc changes its outline
     if (is_settled) break;
   }
   return fit;
@@ -198,7 +200,9 @@ std::vector<OutlineSearch::Fit> OutlineSearch::fits(const Lamp& shape) const {
 std::vector<LampPose> OutlineSearch::poses(const Lamp& lamp) {
   constexpr std::size_t min_rays = 12;
   std::vector<LampPose> found;
-  if (rays_.size() < min_rays || !determines_pose(lamp)) return found;
+  const bool is_round = lamp.shape == LampShape::disc;
+  if (rays_.size() < min_rays || !determines_pose(lamp) || is_round != blob_.has_elliptical_rim())
+    return found;
   const Lamp shape = with_own_axes(lamp);
   auto known = std::find_if(known_.begin(), known_.end(),
                             [&](const Known& k) { return is_same_shape(k.shape, shape); });
@@ -206,10 +210,9 @@ std::vector<LampPose> OutlineSearch::poses(const Lamp& lamp) {
   Eigen::Matrix3d axes;  // columns: the lamp's axes in the world
   axes << lamp.x_axis, lamp.normal.cross(lamp.x_axis), lamp.normal;
   for (const Fit& fit : known->fits) {
-    const Matrix6 covariance = core::inverse(fit.information);
-    if (!covariance.allFinite()) continue;
     const Rigid3& pose = fit.cam_from_lamp;
-    found.push_back({{pose.rotation * axes.transpose(), pose.translation}, covariance, fit.chi2});
+    found.push_back(
+        {{pose.rotation * axes.transpose(), pose.translation}, fit.information, fit.chi2});
   }
   return found;
 }

@@ -225,19 +225,29 @@ double risk_of_rest(const Identification& identified, const Hypothesis& best) {
   return best.matches.size() < strong_pairs ? identified.untried : 0;
 }
 
-/// Probability that the one light that a pose rests on is another rectangle, such as a window: it
-/// fits as well if it has the same ratio of its sides and, where the prior knows the distance, the
-/// same size.
-double risk_of_one_rectangle(const RankedPose& best, const Scene& scene,
-                             const std::vector<Blob>& blobs, const std::optional<Prior>& prior) {
-  constexpr double another =
-      0.1;  // an assumption: one bright rectangle in ten is no lamp of the map
+/// Probability that a light that a pose of one or two lamps rests on is no lamp of the map, but a
+/// window or a lamp that the map lacks. One light fits as well if it has the same ratio of its
+/// sides and, where the prior knows the distance, the same size. All discs have the same ratio, and
+/// two of them, as on any ceiling, agree with two others of the map by chance.
+double risk_of_strangers(const RankedPose& best, const Scene& scene, const std::vector<Blob>& blobs,
+                         const std::optional<Prior>& prior) {
+  constexpr double another = 0.1;  // an assumption: one bright light in ten is no lamp of the map
   constexpr double same_ratio = 0.006;  // 1 % of a factor between 1/7 and 7
+  constexpr double same_pair = 0.2;     // found in rooms of two to seven discs: SlowOneLamp
   constexpr double log_sizes = 6;       // sizes vary by a factor of 400
   const std::vector<Match>& matches = best.hypothesis->matches;
-  if (matches.size() != 1 || !best.refined.ok() || blobs[matches[0].blob].lamp_id) return 0;
+  if (matches.size() > 2 || !best.refined.ok()) return 0;
+  bool discs = true;
+  double distance_m = 0;
   const Rigid3& pose = best.refined->cam_from_world;
-  const double distance_m = (pose * scene.lamps[matches[0].lamp].centre_m).norm();
+  for (const Match& match : matches) {
+    const Lamp& lamp = scene.lamps[match.lamp];
+    if (blobs[match.blob].lamp_id) return 0;
+    discs = discs && lamp.shape == LampShape::disc;
+    distance_m = std::max(distance_m, (pose * lamp.centre_m).norm());
+  }
+  if (matches.size() == 2 && !discs) return 0;
+  const double alike = matches.size() == 2 ? 2 * same_pair : discs ? 1 : same_ratio;
   double sigma_m = infinity;
   if (prior && prior->height_m) sigma_m = std::min(sigma_m, prior->height_sigma_m);
   if (prior && prior->position_m) sigma_m = std::min(sigma_m, prior->position_sigmas().maxCoeff());
@@ -245,7 +255,7 @@ double risk_of_one_rectangle(const RankedPose& best, const Scene& scene,
     sigma_m = std::min(sigma_m,
                        std::sqrt(prior->last_pose->covariance.bottomRightCorner<3, 3>().trace()));
   const double same_size = std::min(1.0, std::sqrt(2 * pi) * sigma_m / distance_m / log_sizes);
-  return another * same_ratio * same_size;
+  return another * alike * same_size;
 }
 
 /// Adds a probability that none of the poses is right.
@@ -304,8 +314,7 @@ Result<Fix> locate_blobs(const std::vector<Blob>& blobs, const Scene& scene,
       ahead, [&] { return clock.seconds(); }, rivals, refinement);
   add_excluded(ahead, identified->excluded, refinement);
   exclude_separated_lamp(ahead, refinement, fix.excluded_lamps);
-  add_doubt(risk_of_one_rectangle(refinement.poses.front(), scene, blobs, options.prior),
-            refinement);
+  add_doubt(risk_of_strangers(refinement.poses.front(), scene, blobs, options.prior), refinement);
   fix.choice = refinement.choice;
   fix.timing_s.refine_s = refine_clock.seconds();
 
@@ -320,7 +329,7 @@ Result<Fix> locate_blobs(const std::vector<Blob>& blobs, const Scene& scene,
   refuse_unknown_position(*refinement.poses.front().refined, scene, result);
   if (is_excluded(options.prior, fix.cam_from_world))
     add_message("the prior excludes the most probable pose: check the prior", result);
-  if (!(fix.risk <= options.max_risk))
+  if (!(fix.risk <= options.max_risk) && result.status != Status::too_few_lamps)
     result.message += suspects(*refinement.poses.front().refined, blobs, scene);
   add_message(internal::scene::colours_not_compared(scene.lamps, blobs), result);
   const int untried_percent = static_cast<int>(std::ceil(100 * identified->untried));

@@ -173,10 +173,21 @@ TEST(Locate, TwoLampsAreTooFewAndTheBlobsAreReturned) {
   Scene scene = square_room();
   scene.lamps.resize(2);
   Random random(6);
-  const Result<Fix> fix =
-      locate(simulate(scene, pose_with_lamps(random, scene, 2)).image.view(), scene);
+  const Rigid3 pose = pose_with_lamps(random, scene, 2);
+  const Image image = simulate(scene, pose).image;
+  LocateOptions by_centres;
+  by_centres.detect.rims = false;
+  const Result<Fix> fix = locate(image.view(), scene, by_centres);
   EXPECT_EQ(fix.status, Status::too_few_lamps) << fix.message;
   EXPECT_EQ(fix->blobs.size(), 2u);
+  // The outlines determine the pose, but not which of two equal lamps is which.
+  const Result<Fix> by_outlines = locate(image.view(), scene);
+  EXPECT_EQ(by_outlines.status, Status::ambiguous) << by_outlines.message;
+  ASSERT_EQ(by_outlines->candidates.size(), 2u);
+  double nearest_m = 1;
+  for (const Candidate& candidate : by_outlines->candidates)
+    nearest_m = std::min(nearest_m, (candidate.position_m - pose.origin_in_source()).norm());
+  EXPECT_LT(nearest_m, 0.02);
 }
 
 TEST(Locate, LampsThatAreNotOnTheMapGiveNoPose) {

@@ -12,15 +12,19 @@ namespace occ::internal::identify {
 struct LampPose {
   /// Camera from the axes of the world at the lamp's centre.
   Rigid3 pose;
-  /// Of a rotation of the lamp about its centre, and of a translation of the centre [m].
-  Matrix6 covariance;
+  /// Inverse covariance of a rotation of the lamp about its centre and a translation of it [m].
+  Matrix6 information;
   double chi2 = 0;
 };
 
+/// The pose in the local frame of a lamp whose centre is there.
+FittedPose to_local(const LampPose& lamp, const Eigen::Vector3d& centre);
+
 /// All poses that the outline of one blob and one lamp allow, with the other blobs that match
 /// there; those with the most pairs, by chi2 of the outlines. Mirror poses and turns that map a
-/// lamp to itself are listed. Empty without outlines that determine a pose (those of discs and
-/// ellipses do not), and for cameras that are not central.
+/// lamp to itself are listed. A disc allows a circle of poses, of which a prior or the direction of
+/// a second lamp selects one. Empty without outlines that determine a pose, and for cameras that
+/// are not central.
 std::vector<PoseHypothesis> one_lamp_hypotheses(const AssignmentProblem& problem);
 
 }  // namespace occ::internal::identify

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Internal: poses from the measured outline of one lamp that is neither round nor an ellipse.
+// Internal: poses from the measured outline of one lamp.
 #pragma once
 
 #include <vector>
@@ -18,14 +18,15 @@ class OutlineSearch {
   /// Keeps references.
   OutlineSearch(const AssignmentProblem& problem, const Blob& blob);
 
-  /// Empty for shapes whose outline does not determine the pose, and if the blob has no rim.
+  /// Those of a disc are arbitrary in its turn about the normal, for which they have no
+  /// information. Empty for points and ellipses, and if the blob has no rim of the lamp's kind.
   std::vector<LampPose> poses(const Lamp& lamp);
 
  private:
   /// A pose of the lamp's own axes: x_axis, normal x x_axis and normal.
   struct Fit {
     Rigid3 cam_from_lamp;
-    Matrix6 information = Matrix6::Zero();  ///< see LampPose::covariance
+    Matrix6 information = Matrix6::Zero();  ///< see LampPose::information
     double chi2 = 0;
     int lost = 0;  ///< rays that do not meet the outline
   };

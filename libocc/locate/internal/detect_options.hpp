@@ -7,8 +7,8 @@
 
 namespace occ::internal::locate {
 
-/// The options with what a scene says of its lamps: their shapes and, unless they are given, the
-/// sensor and the colours.
+/// The options for the shapes of a scene's lamps and, unless they are given, its sensor and
+/// colours.
 LIBOCC_API DetectOptions detect_options_of(const Scene& scene, DetectOptions options);
 
 }  // namespace occ::internal::locate

@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
+// Internal: the turn of a disc about its normal, which its outline leaves open.
+#pragma once
+
+#include <vector>
+
+#include "libocc/identify/internal/search_by_one_lamp.hpp"
+
+namespace occ::internal::identify {
+
+/// `poses`: of the disc of a pair, arbitrary in its turn. Returns them with the turns that the
+/// prior selects, and with those that bring another lamp to another blob; empty if there is no
+/// such turn, or if the prior leaves more than a third of the circle open.
+std::vector<LampPose> turned_poses(const AssignmentProblem& problem, const Pair& pair,
+                                   const std::vector<LampPose>& poses);
+
+}  // namespace occ::internal::identify
