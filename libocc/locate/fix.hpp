@@ -58,6 +58,9 @@ struct Fix {
   std::optional<double> risk;
   /// locate(): the search for poses stopped early, at the budget or at identify.max_hypotheses.
   bool cut_short = false;
+  /// locate(): colour of the lamps that was found in the image, where the scene states none and the
+  /// blobs of all colours gave no pose. Shares of red, green and blue over the largest.
+  std::optional<Eigen::Vector3d> found_colour;
   /// locate(): "camera" and "map" if the scene states no error of them. Where such a part is not
   /// exact, the pose can be off by many of its sigmas.
   std::vector<std::string> taken_as_exact;

@@ -17,12 +17,14 @@
 #include "libocc/locate/internal/best_candidate.hpp"
 #include "libocc/locate/internal/detect_options.hpp"
 #include "libocc/locate/internal/exclusion.hpp"
+#include "libocc/locate/internal/found_colour.hpp"
 #include "libocc/locate/internal/map_rivals.hpp"
 #include "libocc/locate/internal/suspects.hpp"
 #include "libocc/refine/internal/estimated_map.hpp"
 #include "libocc/refine/internal/pose_evidence.hpp"
 #include "libocc/refine/internal/ranking.hpp"
 #include "libocc/refine/internal/scene_errors.hpp"
+#include "libocc/scene/internal/lamp_colours.hpp"
 
 namespace occ {
 
@@ -374,6 +376,22 @@ bool has_patterned(const std::vector<Blob>& blobs) {
 /// Order of results, best first: ok, ambiguous, others.
 int rank(Status status) { return status == Status::ok ? 0 : status == Status::ambiguous ? 1 : 2; }
 
+/// True if lamps that state no colour were not located. They may have one that tells them from
+/// other lights.
+bool may_have_colour(const Result<Fix>& result, const DetectOptions& options) {
+  const bool is_located = result.ok() || result.status == Status::budget_not_met;
+  return !is_located && options.colours.empty() && !options.dark;
+}
+
+void name_colour(Result<Fix>& result) {
+  if (!result->found_colour) return;
+  std::ostringstream text;
+  text.precision(2);
+  text << "the scene states no colours: lamps with red, green and blue of "
+       << result->found_colour->transpose() << " in the image were taken for them";
+  add_message(text.str(), result);
+}
+
 void name_patterned(Result<Fix>& result) {
   const auto count = std::count_if(result->lamps.begin(), result->lamps.end(),
                                    [](const auto& lamp) { return is_patterned(lamp.second); });
@@ -411,21 +429,37 @@ Result<Fix> locate(const ImageView& image, const Scene& scene, const LocateOptio
   Scene valid = checked(scene, options);
   valid.sensor = valid.sensor.of_image(image);
   DetectOptions detect_options = detect_options_of(valid, options.detect);
-  const std::vector<Blob> blobs = detect(image, detect_options);
-  const double detect_s = clock.seconds();
-  Result<Fix> result = locate_blobs(blobs, valid, options, &image, clock);
-  result.value.timing_s.detect_s = detect_s;
+  double detect_s = 0;
+  const auto locate_in = [&](const Scene& stated, const DetectOptions& detection) {
+    const double start_s = clock.seconds();
+    const std::vector<Blob> blobs = detect(image, detection);
+    detect_s += clock.seconds() - start_s;
+    return locate_blobs(blobs, stated, options, &image, clock);
+  };
+  Result<Fix> result = locate_in(valid, detect_options);
+  if (may_have_colour(result, detect_options) && has_time(options, clock)) {
+    if (const auto colour = saturated_colour(image, detect_options)) {
+      Scene coloured = valid;
+      for (Lamp& lamp : coloured.lamps) lamp.colour = *colour;
+      Result<Fix> found = locate_in(coloured, detect_options_of(coloured, options.detect));
+      if (rank(found.status) < rank(result.status)) {
+        found.value.found_colour = colour;
+        result = std::move(found);
+      }
+    }
+  }
   if (may_be_patterned(result, valid, detect_options) && has_time(options, clock)) {
     detect_options.patterned = true;
     const double start_s = clock.seconds();
     const std::vector<Blob> joined = detect(image, detect_options);
-    const double joined_s = clock.seconds();
+    detect_s += clock.seconds() - start_s;
     if (has_patterned(joined)) {
       Result<Fix> again = locate_blobs(joined, valid, options, &image, clock);
-      again.value.timing_s.detect_s = detect_s + joined_s - start_s;
       if (rank(again.status) < rank(result.status)) result = std::move(again);
     }
   }
+  result.value.timing_s.detect_s = detect_s;
+  name_colour(result);
   name_patterned(result);
   result.value.timing_s.total_s = clock.seconds();
   return result;

@@ -65,6 +65,8 @@ Result<Fix> TrackerImpl::locate_in(Job& job, const std::optional<Prior>& prior) 
     options.identify.model_sigma_px = std::max(options.identify.model_sigma_px, bent_sigma_px);
     fix = occ::locate(job.image, job.view.scene, options);
   }
+  if (fix.ok() && fix->found_colour)
+    for (Lamp& lamp : job.view.scene.lamps) lamp.colour = *fix->found_colour;
   job.frame.full_search = true;
   job.frame.timing_s.detect_s += fix->timing_s.detect_s;
   job.frame.timing_s.identify_s += fix->timing_s.identify_s;

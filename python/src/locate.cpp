@@ -215,6 +215,10 @@ Without candidates, the pose is undefined and its covariance infinite.)");
       .def_property_readonly("cut_short", value_of(&Fix::cut_short),
                              "locate(): the search for poses stopped early, at the budget or at "
                              "max_hypotheses.")
+      .def_property_readonly("found_colour", value_of(&Fix::found_colour),
+                             "locate(): colour of the lamps that was found in the image, where the "
+                             "scene states none and the blobs of all colours gave no pose: (3,) "
+                             "shares of red, green and blue over the largest; or None.")
       .def_property_readonly("taken_as_exact", value_of(&Fix::taken_as_exact),
                              "locate(): \"camera\" and \"map\" if the scene states no error of "
                              "them. Where such a part is not exact, the pose can be off by many "

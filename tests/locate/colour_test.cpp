@@ -110,6 +110,31 @@ TEST(LocateColour, ASceneWithoutColoursReadsGrey) {
 }
 
 // Pictures with three colours of 8 bits are sRGB, unless the sensor says otherwise.
+// Green lamps that white ones overlap, on a map that states no colours.
+TEST(LocateColour, ColoursThatTheSceneLacksAreFoundInTheImage) {
+  Scene scene = coloured_room();
+  for (Lamp& lamp : scene.lamps) lamp.colour = green;
+  Scene map = scene;
+  for (Lamp& lamp : map.lamps) lamp.colour.setOnes();
+  Random random(1);
+  for (int trial = 0; trial < 3; ++trial) {
+    const Scene built = as_built(scene, random);
+    const Rigid3 truth = central_pose(random);
+    const Image image = test::simulate_colours(built, truth, {}).image;
+    const Result<Fix> fix = locate(image.view(), map);
+    ASSERT_TRUE(fix.ok()) << fix.message;
+    EXPECT_LT(error_m(*fix, truth), 2e-3);
+    ASSERT_TRUE(fix->found_colour);
+    EXPECT_LT((*fix->found_colour - green).norm(), 0.2) << fix->found_colour->transpose();
+    EXPECT_NE(fix.message.find("the scene states no colours"), std::string::npos) << fix.message;
+    // White lamps, and green ones without other lights, need none.
+    const Image plain = test::simulate_colours(trial == 0 ? map : scene, truth, {}).image;
+    const Result<Fix> same = locate(plain.view(), map);
+    ASSERT_TRUE(same.ok()) << same.message;
+    EXPECT_FALSE(same->found_colour);
+  }
+}
+
 TEST(LocateColour, ColourPicturesAreSrgb) {
   Random random(4);
   const Rigid3 truth = central_pose(random);

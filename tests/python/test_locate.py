@@ -80,8 +80,17 @@ def test_the_steps_equal_locate(fix, image, scene):
 
 
 def test_too_few_lamps_is_a_status(image, scene):
+    two = scene.replace(lamps=scene.lamps[:2])
+    for few, options in ((scene.replace(lamps=scene.lamps[:1]), {}), (two, dict(rims=False))):
+        fix = occ.locate(image, few, **options)
+        assert fix.status is occ.Status.too_few_lamps and fix.message
+
+
+def test_two_discs_are_ambiguous(image, scene, pose):
     fix = occ.locate(image, scene.replace(lamps=scene.lamps[:2]))
-    assert fix.status is occ.Status.too_few_lamps and fix.message
+    assert fix.status is occ.Status.ambiguous
+    position_m = np.linalg.inv(pose)[:3, 3]
+    assert min(np.linalg.norm(c.position_m - position_m) for c in fix.candidates) < 5e-3
 
 
 def test_a_square_is_ambiguous_until_the_heading_is_known(square, pose):

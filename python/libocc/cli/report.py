@@ -142,6 +142,7 @@ def fix_dict(fix: Fix, protection_risk: float = 1e-7) -> dict[str, Any]:
         **pose,
         "risk": fix.risk,
         "taken_as_exact": fix.taken_as_exact,
+        "found_colour": None if fix.found_colour is None else fix.found_colour.tolist(),
         "excluded_lamps": fix.excluded_lamps,
         "protection_level_m": protection_dict(fix.protection_level_m(protection_risk)),
         "candidates": [_candidate_dict(candidate) for candidate in fix.candidates],
