@@ -91,7 +91,7 @@ constexpr double free_clear_sigmas = 2.5;  // with 99 %
 constexpr int min_pixels = 4, plane_pixels = 30, paraboloid_pixels = 200;
 // Min number of pixels for degree 3 and 5: from this size on, the terms of that degree in the light
 // of a wide view shift the centre by more than the noise of their estimates.
-constexpr int cubic_pixels = 15000, quintic_pixels = 40000;
+constexpr int cubic_pixels = 5000, quintic_pixels = 40000;
 // Half length of a polygon from which on the terms of degree 3 and 5 are estimated.
 constexpr double cubic_polygon_px = 40, quintic_polygon_px = 110;
 // Prior of these terms and of the product of places along and across, over the level: the light of

@@ -104,6 +104,46 @@ TEST(DetectLargeDiscs, AreOneBlob) {
   }
 }
 
+// The light of a wide lens falls off by more than a paraboloid across discs from 40 px on.
+TEST(DetectLargeDiscs, HaveTrueCentresInAWideView) {
+  Scene scene;
+  scene.camera = Camera::pinhole(640, 480, 420, 420, 319.5, 239.5);
+  scene.sensor.exposure_s = 1.2e-4;
+  for (const auto& [x, y] : {std::pair{-0.7, -0.2}, {0.6, 0.5}, {0.3, -0.9}}) {
+    Lamp lamp;
+    lamp.id = static_cast<int>(scene.lamps.size());
+    lamp.centre_m = {x, y, 3};
+    lamp.radius_m = 0.4;
+    lamp.power_w = 6;
+    scene.lamps.push_back(lamp);
+  }
+  DetectOptions options;
+  options.sensor = scene.sensor;
+  Random random(5);
+  double nees = 0;
+  int discs = 0;
+  for (int i = 0; i < 40; ++i) {
+    const Rigid3 pose = look_at(
+        {random.uniform(-0.8, 0.8), random.uniform(-0.8, 0.8), random.uniform(0.3, 0.8)},
+        {random.uniform(-0.3, 0.3), random.uniform(-0.3, 0.3), 3}, Eigen::Vector3d::UnitY());
+    SimulateOptions simulation;
+    simulation.seed = static_cast<std::uint64_t>(i);
+    const Rendered rendered = simulate(scene, pose, simulation);
+    for (const Blob& blob : detect(rendered.image.view(), options)) {
+      if (blob.cut_by_border || blob.rim.empty()) continue;
+      for (const LampTruth& lamp : rendered.lamps) {
+        const Eigen::Vector2d error = blob.centroid_px - lamp.image_centre_px;
+        if (!lamp.whole || error.norm() > 3) continue;
+        nees += error.dot(blob.covariance_px2.inverse() * error);
+        ++discs;
+      }
+    }
+  }
+  EXPECT_GT(discs, 60);
+  EXPECT_LT(nees, test::chi2_interval(2.0 * discs).second);
+  EXPECT_GT(nees, test::chi2_interval(2.0 * discs).first);
+}
+
 // Normals of another ellipse, such as that of the pass before, correlate with the points' noise.
 TEST(DetectLargeDiscs, NormalsAreThoseOfTheEllipse) {
   const Canvas::Noise noise;
