@@ -74,7 +74,9 @@ std::optional<FreeOutline> FreeOutline::trace(const Patch& patch, const Componen
   const std::size_t area = flood(start, side_steps, take).size();
   if (area < static_cast<std::size_t>(component.area_px) / 4) return std::nullopt;
   outline.follow(patch, level);
-  outline.measure_area();
+  std::vector<Eigen::Vector2d> border;
+  for (const Crossing& c : outline.crossings_) border.push_back(c.px);
+  outline.measure_area(border);
   if (outline.crossings_.size() < 2 * min_points || !(outline.area_px2_ > 0)) return std::nullopt;
   outline.leave_out_corners(blur_px);
   outline.fit_parabolas(blur_px);
@@ -130,14 +132,13 @@ void FreeOutline::follow(const Patch& patch, double level) {
   } while (x != start_x || y != start_y || direction != 0);
 }
 
-void FreeOutline::measure_area() {
-  std::vector<Eigen::Vector2d> outline;
-  for (const Crossing& c : crossings_) outline.push_back(c.px);
+void FreeOutline::measure_area(const std::vector<Eigen::Vector2d>& outline) {
   const core::OutlineMoments moments = core::outline_moments(outline);
   area_px2_ = moments.area;
   if (!(area_px2_ > 0)) return;
   centroid_px_ = moments.centroid;
   second_moments_px2_ = moments.second;
+  perimeter_px_ = reach_px_ = 0;
   for (std::size_t i = 0; i < outline.size(); ++i) {
     perimeter_px_ += (outline[(i + 1) % outline.size()] - outline[i]).norm();
     reach_px_ = std::max(reach_px_, (outline[i] - centroid_px_).norm());
@@ -270,10 +271,16 @@ std::vector<RimLine> FreeOutline::lines() const {
 
 void FreeOutline::replace(const std::vector<std::optional<RimPoint>>& points, double blur_px) {
   std::vector<Crossing> measured;
+  std::vector<Eigen::Vector2d> outline;
+  std::vector<std::size_t> place;  // of measured points in the outline
+  std::vector<Eigen::Vector2d> moves;
   std::size_t k = 0;
   for (Crossing c : crossings_) {
+    outline.push_back(c.px);
     if (!c.has_line()) continue;
     if (const std::optional<RimPoint>& point = points[k++]) {
+      place.push_back(outline.size() - 1);
+      moves.push_back(point->px - c.px);
       c.px = point->px;
       c.sigma_px = point->sigma_px;
       measured.push_back(c);
@@ -281,6 +288,18 @@ void FreeOutline::replace(const std::vector<std::optional<RimPoint>>& points, do
   }
   crossings_ = std::move(measured);
   fit_parabolas(blur_px);
+  if (place.empty()) return;
+  // The others, as near corners, move with the nearest measured point. The first outline is that at
+  // one level, which is farther outside where the lamp is brighter.
+  const std::size_t count = outline.size();
+  for (std::size_t i = 0, next = 0; i < count; ++i) {
+    if (next < place.size() && place[next] < i) ++next;
+    const std::size_t after = next % place.size();
+    const std::size_t before = (next + place.size() - 1) % place.size();
+    const bool is_before = (i + count - place[before]) % count < (place[after] + count - i) % count;
+    outline[i] += moves[is_before ? before : after];
+  }
+  measure_area(outline);
 }
 
 FreeOutline::Fitted FreeOutline::fitted() const {
@@ -298,8 +317,8 @@ FreeOutline::Fitted FreeOutline::fitted() const {
 }
 
 Eigen::Matrix2d FreeOutline::centroid_covariance_px2() const {
-  constexpr double unmeasured_px = 0.1, correlated_px = 3;  // error of a part, its length
-  constexpr double corners_px = 0.05;                       // blur rounds them unequally
+  constexpr double unmeasured_px = 0.15, correlated_px = 3;  // error of a part, its length
+  constexpr double corners_px = 0.005;  // blur rounds them unequally
   Eigen::Matrix2d sum = Eigen::Matrix2d::Zero();
   double measured_px = 0;
   for (const Crossing& c : crossings_) {

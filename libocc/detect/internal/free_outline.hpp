@@ -31,7 +31,7 @@ class FreeOutline {
   std::vector<RimLine> lines() const;
 
   /// Replaces the crossings of lines() by points that were measured on them, in their order; empty
-  /// where nothing was measured. Fits directions and curvatures anew.
+  /// where nothing was measured. Fits directions and curvatures, and measures the area, anew.
   void replace(const std::vector<std::optional<RimPoint>>& points, double blur_px);
 
   /// The points of the last replace() with the normals of the outline, and the sum of the squares
@@ -86,7 +86,7 @@ class FreeOutline {
   }
   Crossing crossing(const Patch& patch, double level, int x, int y, int direction) const;
   void follow(const Patch& patch, double level);
-  void measure_area();
+  void measure_area(const std::vector<Eigen::Vector2d>& outline);
   void leave_out_corners(double blur_px);
   void fit_parabolas(double blur_px);
   bool fit_parabola(std::size_t k, double reach_px, Crossing& out) const;
