@@ -187,7 +187,7 @@ Result<Identification> solve_by_centres(const AssignmentProblem& problem) {
 Result<Identification> internal::identify::solve_assignment(const AssignmentProblem& problem) {
   Result<Identification> result = solve_by_centres(problem);
   if (!result->hypotheses.empty()) return result;
-  const std::vector<PoseHypothesis> found = one_lamp_hypotheses(problem);
+  const std::vector<PoseHypothesis> found = one_lamp_hypotheses(problem, result.value.cut_short);
   if (found.empty()) return result;
   result.status = Status::ok;
   result.message = "the pose follows from the outline of one lamp";

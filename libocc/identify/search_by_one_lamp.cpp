@@ -24,10 +24,14 @@ FittedPose to_local(const LampPose& lamp, const Eigen::Vector3d& centre) {
   return estimate;
 }
 
-std::vector<PoseHypothesis> one_lamp_hypotheses(const AssignmentProblem& problem) {
+std::vector<PoseHypothesis> one_lamp_hypotheses(const AssignmentProblem& problem, bool& cut_short) {
   std::vector<PoseHypothesis> found;
   if (!problem.scene || !problem.camera->is_central()) return found;
   for (int s = 0; s < static_cast<int>(problem.observations.size()); ++s) {
+    if (problem.out_of_time()) {
+      cut_short = true;
+      break;
+    }
     const BearingObservation& observation = problem.observation(s);
     const Blob& blob = (*problem.blobs)[static_cast<std::size_t>(observation.blob)];
     OutlineSearch by_outline(problem, blob);

@@ -14,24 +14,27 @@ namespace {
 
 constexpr double turn_sigma_rad = 0.05;
 
-/// The pose after a turn of the disc about its normal, with the turn as known to turn_sigma_rad.
-LampPose turned(const LampPose& pose, const Eigen::Vector3d& normal, double angle_rad) {
+/// The pose after a turn of the disc about its normal, which is known to `sigma_rad`.
+LampPose turned(const LampPose& pose, const Eigen::Vector3d& normal, double angle_rad,
+                double sigma_rad = turn_sigma_rad) {
   LampPose out = pose;
   out.pose.rotation = pose.pose.rotation * Eigen::AngleAxisd(angle_rad, normal).toRotationMatrix();
   const Eigen::Vector3d axis = pose.pose.rotation * normal;
-  out.information.topLeftCorner<3, 3>() += axis * axis.transpose() / square(turn_sigma_rad);
+  out.information.topLeftCorner<3, 3>() += axis * axis.transpose() / square(sigma_rad);
   return out;
 }
 
 void add_turns_of_prior(const AssignmentProblem& problem, const MapPoint& disc,
                         const LampPose& pose, std::vector<LampPose>& found) {
-  constexpr int steps = 72;
+  constexpr int steps = 36;
+  constexpr double step_sigma_rad = 0.1;  // so that a step does not miss the minimum
   constexpr double open_chi2 = 9, max_open = 1.0 / 3;
   if (!problem.options->prior || problem.options->prior->empty()) return;
   std::array<double, steps> chi2;
   for (int i = 0; i < steps; ++i)
-    chi2[static_cast<std::size_t>(i)] =
-        prior_chi2(problem, to_local(turned(pose, disc.normal, 2 * pi * i / steps), disc.centre));
+    chi2[static_cast<std::size_t>(i)] = prior_chi2(
+        problem,
+        to_local(turned(pose, disc.normal, 2 * pi * i / steps, step_sigma_rad), disc.centre));
   const double least = *std::min_element(chi2.begin(), chi2.end());
   const auto open = std::count_if(chi2.begin(), chi2.end(),
                                   [&](double value) { return value < least + open_chi2; });
@@ -71,12 +74,14 @@ void add_turn_of_pair(const AssignmentProblem& problem, const MapPoint& disc, co
 
 std::vector<LampPose> turned_poses(const AssignmentProblem& problem, const Pair& pair,
                                    const std::vector<LampPose>& poses) {
+  constexpr int max_observations = 16;  // with more, a single one proves nothing
   std::vector<LampPose> found;
   const MapPoint& disc = problem.map_point(pair.map_point);
   const auto count = static_cast<int>(problem.observations.size());
   // Three lamps say more than two discs: if they gave no pose, for example because they are in a
   // row, two of them would only seem to.
   const bool has_three = count >= 3 && problem.map_points.size() >= 3;
+  if (count > max_observations) return found;
   for (const LampPose& pose : poses) {
     add_turns_of_prior(problem, disc, pose, found);
     if (has_three) continue;

@@ -25,6 +25,7 @@ FittedPose to_local(const LampPose& lamp, const Eigen::Vector3d& centre);
 /// lamp to itself are listed. A disc allows a circle of poses, of which a prior or the direction of
 /// a second lamp selects one. Empty without outlines that determine a pose, and for cameras that
 /// are not central.
-std::vector<PoseHypothesis> one_lamp_hypotheses(const AssignmentProblem& problem);
+/// `cut_short` becomes true if the search stopped at the deadline.
+std::vector<PoseHypothesis> one_lamp_hypotheses(const AssignmentProblem& problem, bool& cut_short);
 
 }  // namespace occ::internal::identify

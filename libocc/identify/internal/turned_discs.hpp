@@ -10,7 +10,8 @@ namespace occ::internal::identify {
 
 /// `poses`: of the disc of a pair, arbitrary in its turn. Returns them with the turns that the
 /// prior selects, and with those that bring another lamp to another blob; empty if there is no
-/// such turn, or if the prior leaves more than a third of the circle open.
+/// such turn, if the prior leaves more than a third of the circle open, or for more than 16
+/// observations.
 std::vector<LampPose> turned_poses(const AssignmentProblem& problem, const Pair& pair,
                                    const std::vector<LampPose>& poses);
 
