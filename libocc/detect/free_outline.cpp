@@ -318,7 +318,7 @@ FreeOutline::Fitted FreeOutline::fitted() const {
 
 Eigen::Matrix2d FreeOutline::centroid_covariance_px2() const {
   constexpr double unmeasured_px = 0.15, correlated_px = 3;  // error of a part, its length
-  constexpr double corners_px = 0.005;  // blur rounds them unequally
+  constexpr double corners_px = 0.005;                       // blur rounds them unequally
   Eigen::Matrix2d sum = Eigen::Matrix2d::Zero();
   double measured_px = 0;
   for (const Crossing& c : crossings_) {

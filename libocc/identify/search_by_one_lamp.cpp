@@ -2,6 +2,7 @@
 #include "libocc/identify/internal/search_by_one_lamp.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "libocc/core/internal/dense.hpp"
 #include "libocc/geometry/so3.hpp"
@@ -66,9 +67,12 @@ std::vector<PoseHypothesis> one_lamp_hypotheses(const AssignmentProblem& problem
   found.erase(std::remove_if(found.begin(), found.end(),
                              [&](const PoseHypothesis& e) { return e.pairs.size() < most; }),
               found.end());
+  const auto rounded = [](const PoseHypothesis& e) {  // equal ones keep their order
+    return std::round(1e3 * e.chi2);
+  };
   std::stable_sort(
       found.begin(), found.end(),
-      [](const PoseHypothesis& a, const PoseHypothesis& b) { return a.chi2 < b.chi2; });
+      [&](const PoseHypothesis& a, const PoseHypothesis& b) { return rounded(a) < rounded(b); });
   return found;
 }
 

@@ -46,6 +46,7 @@ bool axes_miss(const Lamp& lamp, const Blob& blob, const Refined& refined, const
 
 std::string message(const Lamp& lamp, const Blob& blob, const LampResidual& residual) {
   std::ostringstream text;
+  text.precision(4);
   text << "no pose fits both the positions and the sizes of the lamps: lamp " << lamp.id;
   if (blob.rim.empty())
     text << " has another size than the blob at " << blob.centroid_px.transpose() << " px";

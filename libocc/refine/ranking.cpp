@@ -67,7 +67,9 @@ std::size_t matches(const RankedPose& pose) { return pose.hypothesis->matches.si
 bool better(const RankedPose& a, const RankedPose& b) {
   if (a.fits != b.fits) return a.fits;
   if (matches(a) != matches(b)) return matches(a) > matches(b);
-  return a.chi2 < b.chi2;
+  // Two equal discs that are exchanged have the same chi2: such poses keep their order.
+  const auto rounded = [](double chi2) { return std::round(1e3 * chi2); };
+  return rounded(a.chi2) < rounded(b.chi2);
 }
 
 /// Several assignments can lead to one pose once every rim is used; the best of them remains.
