@@ -8,6 +8,10 @@
 // follow from the covariances of blobs and pose. All poses consistent with the map are returned,
 // each with its probability.
 //
+// If that yields no pose, the outlines of single lamps do: corners, Lame curves and polygons
+// determine it but for mirror poses and turns, and a disc but for its turn, which the direction of
+// a second lamp or a prior may determine.
+//
 // The probabilities follow from the evidence of each pose (pose/internal/evidence.hpp): places,
 // sizes, fluxes and codes of the blobs, lamps that are missed, blobs that are left, and the prior.
 // "None of these", with all blobs false lights, competes with them. locate() decides in the same
@@ -119,10 +123,10 @@ struct Identification {
 ///
 /// Status: ok (the risk is at most max_risk); ambiguous (it is not); no_pose (it is more probable
 /// that no hypothesis is right; or none matches four blobs, or three that are coded, supported by a
-/// prior, or the only ones); too_few_lamps (fewer than three whole blobs or lamps); degenerate (all
-/// lamps are collinear; without a prior also if the matched lamps are collinear within the blobs'
-/// errors and model_sigma_px). Throws std::invalid_argument for invalid options and blobs that are
-/// not finite.
+/// prior, or the only ones); too_few_lamps (fewer than three whole blobs or lamps, and no outline
+/// that determines a pose); degenerate (all lamps are collinear; without a prior also if the
+/// matched lamps are collinear within the blobs' errors and model_sigma_px). Throws
+/// std::invalid_argument for invalid options and blobs that are not finite.
 LIBOCC_API Result<Identification> identify(const std::vector<Blob>& blobs, const Scene& scene,
                                            const IdentifyOptions& options = {});
 

@@ -61,9 +61,9 @@ void add_turn_of_pair(const AssignmentProblem& problem, const MapPoint& disc, co
   const Eigen::Vector3d normal = rotation * disc.normal;
   const Eigen::Vector3d middle = pose.pose.translation + along * normal;
   const Eigen::Vector3d start = rotation * (from_disc - along * disc.normal);
-  const double cosine = bearing.dot(normal);
-  if (!(start.norm() > 0) || !(middle.dot(normal) / cosine > 0)) return;
-  const Eigen::Vector3d hit = middle.dot(normal) / cosine * bearing - middle;
+  const double range = middle.dot(normal) / bearing.dot(normal);
+  if (!(start.norm() > 0) || !(range > 0 && std::isfinite(range))) return;
+  const Eigen::Vector3d hit = range * bearing - middle;
   const double angle = std::atan2(hit.dot(normal.cross(start)), hit.dot(start));
   const Eigen::Vector3d reached = middle + Eigen::AngleAxisd(angle, normal) * start;
   if (reached.normalized().dot(bearing) < std::cos(tolerance_rad)) return;
