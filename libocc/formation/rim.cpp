@@ -9,6 +9,7 @@
 #include "libocc/core/math.hpp"
 #include "libocc/core/require.hpp"
 #include "libocc/formation/internal/lame_curve.hpp"
+#include "libocc/formation/internal/shadow.hpp"
 #include "libocc/geometry/so3.hpp"
 
 namespace occ {
@@ -35,18 +36,17 @@ HalfSides half_sides(const Lamp& lamp) {
   return {lamp.size_m.x() / 2 * lamp.x_axis, lamp.size_m.y() / 2 * lamp.normal.cross(lamp.x_axis)};
 }
 
-// Corners of a rectangle or polygon.
-std::vector<Eigen::Vector3d> corners(const Lamp& lamp) {
-  const Eigen::Vector3d& c = lamp.centre_m;
-  if (lamp.shape == LampShape::polygon) {
-    const Eigen::Vector3d y_axis = lamp.normal.cross(lamp.x_axis);
-    std::vector<Eigen::Vector3d> all;
-    for (const Eigen::Vector2d& corner : lamp.corners_m)
-      all.push_back(c + corner.x() * lamp.x_axis + corner.y() * y_axis);
-    return all;
-  }
+std::array<Eigen::Vector3d, 4> rectangle_corners(const Lamp& lamp) {
   const HalfSides half = half_sides(lamp);
+  const Eigen::Vector3d& c = lamp.centre_m;
   return {c - half.x - half.y, c + half.x - half.y, c + half.x + half.y, c - half.x + half.y};
+}
+
+std::vector<Eigen::Vector3d> polygon_corners(const Lamp& lamp) {
+  const Face face(lamp);
+  std::vector<Eigen::Vector3d> corners;
+  for (const Eigen::Vector2d& corner : lamp.corners_m) corners.push_back(face.point(corner));
+  return corners;
 }
 
 // Orthogonal radii of a disc; their cross product is along the normal.
@@ -60,7 +60,7 @@ void append_rectangle_rim(const Lamp& lamp, int count, std::vector<Eigen::Vector
   const int half = count / 2;
   const int along = std::clamp(static_cast<int>(std::lround(half * share)), 1, half - 1);
   const std::array<int, 4> steps = {along + count % 2, half - along, along, half - along};
-  const std::vector<Eigen::Vector3d> corner = corners(lamp);
+  const std::array<Eigen::Vector3d, 4> corner = rectangle_corners(lamp);
   for (std::size_t side = 0; side < 4; ++side) {
     const Eigen::Vector3d edge = corner[(side + 1) % 4] - corner[side];
     for (int i = 0; i < steps[side]; ++i) rim.push_back(corner[side] + edge * i / steps[side]);
@@ -69,7 +69,7 @@ void append_rectangle_rim(const Lamp& lamp, int count, std::vector<Eigen::Vector
 
 // At least one point on each side, which may be more than `count` in all.
 void append_polygon_rim(const Lamp& lamp, int count, std::vector<Eigen::Vector3d>& rim) {
-  const std::vector<Eigen::Vector3d> corner = corners(lamp);
+  const std::vector<Eigen::Vector3d> corner = polygon_corners(lamp);
   double perimeter = 0;
   const auto edge = [&](std::size_t i) -> Eigen::Vector3d {
     return corner[(i + 1) % corner.size()] - corner[i];
@@ -103,19 +103,30 @@ RimNodes<16> disc_nodes(const Lamp& lamp) {
   return nodes;
 }
 
-// Gauss-Legendre rule with four nodes on each side of a rectangle or polygon.
-std::vector<RimNode> side_nodes(const Lamp& lamp) {
+// Gauss-Legendre rule with four nodes on each side between the corners.
+template <typename Corners, typename Nodes>
+void set_side_nodes(const Corners& corner, Nodes& nodes) {
   constexpr std::array<double, 4> at = {0.06943184420297371239, 0.33000947820757186760,
                                         0.66999052179242813240, 0.93056815579702628761};
   constexpr std::array<double, 4> weight = {0.17392742256872692869, 0.32607257743127307131,
                                             0.32607257743127307131, 0.17392742256872692869};
-  const std::vector<Eigen::Vector3d> corner = corners(lamp);
-  std::vector<RimNode> nodes;
   for (std::size_t side = 0; side < corner.size(); ++side) {
     const Eigen::Vector3d edge = corner[(side + 1) % corner.size()] - corner[side];
-    for (std::size_t i = 0; i < 4; ++i)
-      nodes.push_back({corner[side] + at[i] * edge, weight[i] * edge});
+    for (std::size_t i = 0; i < 4; ++i) {
+      nodes[4 * side + i] = {corner[side] + at[i] * edge, weight[i] * edge};
+    }
   }
+}
+
+RimNodes<16> rectangle_nodes(const Lamp& lamp) {
+  RimNodes<16> nodes;
+  set_side_nodes(rectangle_corners(lamp), nodes);
+  return nodes;
+}
+
+std::vector<RimNode> polygon_nodes(const Lamp& lamp) {
+  std::vector<RimNode> nodes(4 * lamp.corners_m.size());
+  set_side_nodes(polygon_corners(lamp), nodes);
   return nodes;
 }
 
@@ -292,8 +303,9 @@ std::optional<Eigen::Vector2d> project_lamp_centre(const Lamp& lamp, const Rigid
     case LampShape::point:
       return project_point(lamp.centre_m, cam_from_world, camera, jacobian);
     case LampShape::rectangle:
+      return area_centroid(rectangle_nodes(lamp), cam_from_world, camera, jacobian);
     case LampShape::polygon:
-      return area_centroid(side_nodes(lamp), cam_from_world, camera, jacobian);
+      return area_centroid(polygon_nodes(lamp), cam_from_world, camera, jacobian);
     case LampShape::lame:
       return area_centroid(curve_nodes(lamp), cam_from_world, camera, jacobian);
     case LampShape::disc:

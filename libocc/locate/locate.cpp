@@ -356,11 +356,14 @@ Scene checked(Scene scene, const LocateOptions& options) {
   return scene.as_rendered();
 }
 
+bool is_located(const Result<Fix>& result) {
+  return result.ok() || result.status == Status::budget_not_met;
+}
+
 /// True if lamps with straight sides were not located. Their bright parts may then be lamps in
 /// several parts, such as the cells of a louvre.
 bool may_be_patterned(const Result<Fix>& result, const Scene& scene, const DetectOptions& options) {
-  const bool is_located = result.ok() || result.status == Status::budget_not_met;
-  return !is_located && scene.has_straight_sides() && options.rims && !options.patterned;
+  return !is_located(result) && scene.has_straight_sides() && options.rims && !options.patterned;
 }
 
 bool has_time(const LocateOptions& options, const Clock& clock) {
@@ -379,8 +382,7 @@ int rank(Status status) { return status == Status::ok ? 0 : status == Status::am
 /// True if lamps that state no colour were not located. They may have one that tells them from
 /// other lights.
 bool may_have_colour(const Result<Fix>& result, const DetectOptions& options) {
-  const bool is_located = result.ok() || result.status == Status::budget_not_met;
-  return !is_located && options.colours.empty() && !options.dark;
+  return !is_located(result) && options.colours.empty() && !options.dark;
 }
 
 void name_colour(Result<Fix>& result) {
@@ -430,18 +432,22 @@ Result<Fix> locate(const ImageView& image, const Scene& scene, const LocateOptio
   valid.sensor = valid.sensor.of_image(image);
   DetectOptions detect_options = detect_options_of(valid, options.detect);
   double detect_s = 0;
-  const auto locate_in = [&](const Scene& stated, const DetectOptions& detection) {
+  const auto timed = [&](auto&& find) {
     const double start_s = clock.seconds();
-    const std::vector<Blob> blobs = detect(image, detection);
+    auto found = find();
     detect_s += clock.seconds() - start_s;
-    return locate_blobs(blobs, stated, options, &image, clock);
+    return found;
   };
-  Result<Fix> result = locate_in(valid, detect_options);
+  const auto detect_with = [&](const DetectOptions& detection) {
+    return timed([&] { return detect(image, detection); });
+  };
+  Result<Fix> result = locate_blobs(detect_with(detect_options), valid, options, &image, clock);
   if (may_have_colour(result, detect_options) && has_time(options, clock)) {
-    if (const auto colour = saturated_colour(image, detect_options)) {
+    if (const auto colour = timed([&] { return saturated_colour(image, detect_options); })) {
       Scene coloured = valid;
       for (Lamp& lamp : coloured.lamps) lamp.colour = *colour;
-      Result<Fix> found = locate_in(coloured, detect_options_of(coloured, options.detect));
+      const auto blobs = detect_with(detect_options_of(coloured, options.detect));
+      Result<Fix> found = locate_blobs(blobs, coloured, options, &image, clock);
       if (rank(found.status) < rank(result.status)) {
         found.value.found_colour = colour;
         result = std::move(found);
@@ -450,9 +456,7 @@ Result<Fix> locate(const ImageView& image, const Scene& scene, const LocateOptio
   }
   if (may_be_patterned(result, valid, detect_options) && has_time(options, clock)) {
     detect_options.patterned = true;
-    const double start_s = clock.seconds();
-    const std::vector<Blob> joined = detect(image, detect_options);
-    detect_s += clock.seconds() - start_s;
+    const std::vector<Blob> joined = detect_with(detect_options);
     if (has_patterned(joined)) {
       Result<Fix> again = locate_blobs(joined, valid, options, &image, clock);
       if (rank(again.status) < rank(result.status)) result = std::move(again);

@@ -8,17 +8,14 @@
 
 #include "libocc/core/internal/area_moments.hpp"
 #include "libocc/core/require.hpp"
+#include "libocc/geometry/so3.hpp"
 
 namespace occ::internal::scene {
 namespace {
 
-double cross(const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
-  return a.x() * b.y() - a.y() * b.x();
-}
-
 /// Twice the area of a triangle, positive if it turns counter-clockwise.
 double turn(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const Eigen::Vector2d& c) {
-  return cross(b - a, c - a);
+  return cross_2d(b - a, c - a);
 }
 
 bool is_between(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const Eigen::Vector2d& point) {
@@ -46,7 +43,7 @@ std::string fault_of(const Corners& corners) {
   for (std::size_t i = 0; i < n; ++i) {
     if (at(i) == at(i + 1)) return "a side " + side_name(i, n) + " of no length";
     const Eigen::Vector2d back = at(i) - at(i + 1), ahead = at(i + 2) - at(i + 1);
-    if (cross(back, ahead) == 0 && back.dot(ahead) > 0)
+    if (cross_2d(back, ahead) == 0 && back.dot(ahead) > 0)
       return "a side " + side_name((i + 1) % n, n) + " that runs back along side " +
              side_name(i, n);
     for (std::size_t j = i + 2; j < n && j < i + n - 1; ++j)

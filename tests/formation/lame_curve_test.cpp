@@ -9,6 +9,7 @@
 #include "libocc/formation/rim.hpp"
 #include "libocc/identify/identify.hpp"
 #include "libocc/locate/locate.hpp"
+#include "tests/formation/outline_support.hpp"
 #include "tests/support/quadrature.hpp"
 #include "tests/support/simulate_support.hpp"
 
@@ -131,27 +132,10 @@ TEST(LameCurve, OfExponentTwoIsADisc) {
 
 TEST(LameCurve, CentreIsTheCentroidOfItsImageWithTheRightJacobian) {
   for (const double n : exponents) {
+    SCOPED_TRACE(n);
     const Lamp lamp = lame_lamp(n, {0.5, 0.25});
     for (const Camera& camera : {bent, Camera::pinhole(640, 480, 900, 900, 319.5, 239.5)}) {
-      std::vector<Eigen::Vector2d> px = *project_rim(lamp, some_pose(), camera, 8000);
-      Eigen::Vector2d moment = Eigen::Vector2d::Zero();
-      double area = 0;
-      for (std::size_t i = 0; i < px.size(); ++i) {
-        const Eigen::Vector2d a = px[i] - px[0], b = px[(i + 1) % px.size()] - px[0];
-        const double swept = a.x() * b.y() - a.y() * b.x();
-        area += swept / 2;
-        moment += swept / 6 * (a + b);
-      }
-      Eigen::Matrix<double, 2, 6> jacobian;
-      const auto centre = project_lamp_centre(lamp, some_pose(), camera, &jacobian);
-      ASSERT_TRUE(centre);
-      EXPECT_LT((*centre - px[0] - moment / area).norm(), 3e-4) << n;
-      const auto f = [&](const Eigen::VectorXd& d) -> Eigen::VectorXd {
-        return *project_lamp_centre(lamp, perturb(some_pose(), Vector6(d)), camera);
-      };
-      const auto numeric = numerical_jacobian(f, Eigen::VectorXd::Zero(6));
-      EXPECT_TRUE(jacobian_agrees(jacobian, numeric, 1e-5));
-      EXPECT_FALSE(jacobian_agrees(1.001 * jacobian, numeric, 1e-5));
+      expect_true_centre(lamp, some_pose(), camera);
     }
   }
 }
@@ -179,24 +163,8 @@ Scene room_of_curves(double exponent, const Eigen::Vector2d& size_m) {
 
 TEST(LameCurve, LampsAreLocatedByTheirRims) {
   for (const double n : {1.3, 2.0, 2.5, 4.0, 10.0}) {
-    const Scene scene = room_of_curves(n, {0.4, 0.28});
-    constexpr int views = 8;
-    double nees = 0;
-    for (std::uint64_t seed = 0; seed < views; ++seed) {
-      const Rigid3 pose = look_at({1.7 + 0.05 * static_cast<double>(seed), 2.1, 0.5}, {1.9, 2.1, 3},
-                                  Eigen::Vector3d::UnitY());
-      SimulateOptions options;
-      options.seed = seed;
-      const Rendered rendered = simulate(scene, pose, options);
-      const Result<Fix> fix = locate(rendered.image.view(), scene);
-      ASSERT_EQ(fix.status, Status::ok) << n << ": " << fix.message;
-      EXPECT_EQ(fix->lamps.size(), 6u);
-      const Eigen::Vector3d error = fix->position_m - pose.origin_in_source();
-      EXPECT_LT(error.norm(), 1e-3) << n;
-      nees += error.dot(fix->position_covariance_m2.inverse() * error) / 3 / views;
-    }
-    EXPECT_LT(nees, 1.9) << n;  // chi-square of 24 degrees of freedom, one in a thousand
-    EXPECT_GT(nees, 0.35) << n;
+    SCOPED_TRACE(n);
+    expect_located_by_rims(room_of_curves(n, {0.4, 0.28}));
   }
 }
 

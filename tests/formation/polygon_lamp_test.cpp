@@ -9,6 +9,7 @@
 #include "libocc/formation/rim.hpp"
 #include "libocc/locate/locate.hpp"
 #include "libocc/simulate/received_power.hpp"
+#include "tests/formation/outline_support.hpp"
 #include "tests/support/simulate_support.hpp"
 
 namespace {
@@ -104,25 +105,7 @@ TEST(PolygonLamp, CentreIsTheCentroidOfItsImageWithTheRightJacobian) {
   const Lamp lamp = polygon_lamp(l_shape);
   // The centroid of an L is not the middle of its corners.
   EXPECT_LT((lamp.centre_m - tilted_lamp(LampShape::disc).centre_m).norm() - 0.15, 0);
-  Eigen::Matrix<double, 2, 6> jacobian;
-  const auto centre = project_lamp_centre(lamp, some_pose(), bent, &jacobian);
-  ASSERT_TRUE(centre);
-  const auto rim = *project_rim(lamp, some_pose(), bent, 8000);
-  Eigen::Vector2d moment = Eigen::Vector2d::Zero();
-  double area = 0;
-  for (std::size_t i = 0; i < rim.size(); ++i) {
-    const Eigen::Vector2d a = rim[i] - rim[0], b = rim[(i + 1) % rim.size()] - rim[0];
-    const double swept = a.x() * b.y() - a.y() * b.x();
-    area += swept / 2;
-    moment += swept / 6 * (a + b);
-  }
-  EXPECT_LT((*centre - rim[0] - moment / area).norm(), 3e-4);
-  const auto f = [&](const Eigen::VectorXd& d) -> Eigen::VectorXd {
-    return *project_lamp_centre(lamp, perturb(some_pose(), Vector6(d)), bent);
-  };
-  const auto numeric = numerical_jacobian(f, Eigen::VectorXd::Zero(6));
-  EXPECT_TRUE(jacobian_agrees(jacobian, numeric, 1e-5));
-  EXPECT_FALSE(jacobian_agrees(1.001 * jacobian, numeric, 1e-5));
+  expect_true_centre(lamp, some_pose(), bent);
 }
 
 Scene scene_of(const std::vector<Lamp>& lamps) {
@@ -167,29 +150,14 @@ TEST(PolygonLamp, LampsAreLocatedByTheirRims) {
   const Corners l_panel = {{0, 0}, {0.45, 0}, {0.45, 0.2}, {0.2, 0.2}, {0.2, 0.4}, {0, 0.4}};
   const Corners arrow = {{0.3, 0}, {-0.15, 0.26}, {-0.05, 0}, {-0.15, -0.26}};
   for (const Corners& corners : {triangle, hexagon, l_panel, arrow}) {
+    SCOPED_TRACE(testing::Message() << corners.size() << " corners");
     Scene scene = irregular_room();
     for (Lamp& lamp : scene.lamps) {
       lamp.shape = LampShape::polygon;
       lamp.corners_m = corners;
     }
     scene.validate();
-    constexpr int views = 8;
-    double nees = 0;
-    for (std::uint64_t seed = 0; seed < views; ++seed) {
-      const Rigid3 pose = look_at({1.7 + 0.05 * static_cast<double>(seed), 2.1, 0.5}, {1.9, 2.1, 3},
-                                  Eigen::Vector3d::UnitY());
-      SimulateOptions options;
-      options.seed = seed;
-      const Rendered rendered = simulate(scene, pose, options);
-      const Result<Fix> fix = locate(rendered.image.view(), scene);
-      ASSERT_EQ(fix.status, Status::ok) << corners.size() << " corners: " << fix.message;
-      EXPECT_EQ(fix->lamps.size(), 6u);
-      const Eigen::Vector3d error = fix->position_m - pose.origin_in_source();
-      EXPECT_LT(error.norm(), 1e-3) << corners.size();
-      nees += error.dot(fix->position_covariance_m2.inverse() * error) / 3 / views;
-    }
-    EXPECT_LT(nees, 1.9) << corners.size();  // chi-square of 24 dof, one in a thousand
-    EXPECT_GT(nees, 0.35) << corners.size();
+    expect_located_by_rims(scene);
   }
 }
 

@@ -4,6 +4,7 @@
 #include <Eigen/SVD>
 #include <cmath>
 
+#include "tests/formation/outline_support.hpp"
 #include "tests/support/rim_support.hpp"
 
 namespace occ {
@@ -61,19 +62,6 @@ Eigen::Vector2d conic_centre(const std::vector<Eigen::Vector2d>& points) {
   hessian << 2 * q[0], q[1], q[1], 2 * q[2];
   const Eigen::Vector2d gradient(q[3], q[4]);
   return mean - scale * hessian.inverse() * gradient;
-}
-
-/// Centroid of the area of a finely sampled polygon.
-Eigen::Vector2d polygon_centroid(const std::vector<Eigen::Vector2d>& p) {
-  double area = 0;
-  Eigen::Vector2d moment = Eigen::Vector2d::Zero();
-  for (std::size_t i = 0; i < p.size(); ++i) {
-    const Eigen::Vector2d a = p[i] - p[0], b = p[(i + 1) % p.size()] - p[0];
-    const double swept = a.x() * b.y() - a.y() * b.x();
-    area += swept / 2;
-    moment += swept / 6 * (a + b);
-  }
-  return p[0] + moment / area;
 }
 
 TEST(RimInWorld, DiscIsACircleCounterClockwiseSeenFromTheLitSide) {
@@ -187,7 +175,7 @@ TEST(LampCentre, IsTheCentroidOfTheImage) {
       const auto rim = project_rim(lamp, some_pose(), *camera, 40000);
       const auto centre = project_lamp_centre(lamp, some_pose(), *camera);
       ASSERT_TRUE(rim && centre);
-      EXPECT_LT((*centre - polygon_centroid(*rim)).norm(), 2e-6);
+      EXPECT_LT((*centre - test::polygon_centroid(*rim)).norm(), 2e-6);
     }
   }
 }
