@@ -8,10 +8,12 @@
 #include "fields.hpp"
 #include "libocc/calibrate/board_network.hpp"
 #include "libocc/calibrate/lamp_network.hpp"
+#include "libocc/calibrate/point_starts.hpp"
 #include "libocc/calibrate/resection.hpp"
 #include "libocc/core/require.hpp"
 #include "libocc/landmarks/chessboard.hpp"
 #include "libocc/landmarks/circle_grid.hpp"
+#include "libocc/pose/relative_orientation.hpp"
 #include "module.hpp"
 #include "progress.hpp"
 #include "results.hpp"
@@ -234,12 +236,67 @@ scene: approximate positions; images: (name, camera index, [(lamp id, centroid (
 (2, 2))]). Returns: NetworkStart; points are named "lamp 7".)");
 }
 
+using Positions = std::map<int, Eigen::Vector3d>;
+using Poses = std::map<int, Rigid3>;
+
+void define_point_starts(py::module_& m) {
+  m.def(
+      "start_values",
+      [](const std::vector<Camera>& cameras, const std::vector<PixelsOfPoints>& images,
+         const Positions& points_m, const Poses& cam_from_world) {
+        PointStarts found = start_values(cameras, images, {cam_from_world, points_m});
+        return std::pair(std::move(found.cam_from_world), std::move(found.points_m));
+      },
+      py::arg("cameras"), py::arg("images"), py::arg("points_m"),
+      py::arg_v("cam_from_world", Poses{}, "{}"),
+      R"(Extends known poses and positions by resection and intersection in turn.
+
+cameras: of each image; images: pixels of points by their number, for each image; points_m:
+positions (3,) by number; cam_from_world: 4x4 by index of the image. An image needs four known
+points, a point two images with poses. Returns: all poses and positions, in the same form. Raises:
+ValueError unless there is one camera per image.)");
+  m.def(
+      "free_start",
+      [](const std::vector<Camera>& cameras,
+         const std::vector<PixelsOfPoints>& images) -> std::optional<std::pair<Poses, Positions>> {
+        std::vector<PointStarts> found = free_starts(cameras, images);
+        if (found.empty()) return std::nullopt;
+        return std::pair(std::move(found[0].cam_from_world), std::move(found[0].points_m));
+      },
+      py::arg("cameras"), py::arg("images"),
+      R"(Computes poses and positions from image points alone.
+
+cameras: of each image; images: pixels of points by their number, for each image. Returns: poses
+(4x4) by index of the image and positions (3,) by number, in the frame of one image and with the
+distance of 1 between two; None if no two images have six common points, seen from different places.
+Raises: ValueError unless there is one camera per image.)");
+  py::class_<RelativePose>(m, "RelativePose", "Pose of the second image in the frame of the first.")
+      .def_readonly("second_from_first", &RelativePose::second_from_first,
+                    "4x4; the distance between both projection centres is 1.")
+      .def_readonly("error_rad", &RelativePose::error_rad,
+                    "Median angle between a bearing and its epipolar plane.")
+      .def_readonly("intersected", &RelativePose::intersected,
+                    "Points in front of both images whose rays meet at 2 degrees or more.");
+  m.def(
+      "relative_orientation",
+      [](const Rows3& first, const Rows3& second, std::uint64_t seed) {
+        return relative_orientation(first.transpose(), second.transpose(), seed);
+      },
+      py::arg("first"), py::arg("second"), py::arg("seed") = 0,
+      R"(Computes the poses of two images from common points, best first.
+
+first, second: unit bearings (n, 3); up to a third may be gross errors. Returns: list of
+RelativePose, up to four (two for points of a plane); empty with fewer than six points. Raises:
+ValueError for unequal counts. Source: Stewenius, Engels, Nister, ISPRS Journal 60(4), 2006.)");
+}
+
 }  // namespace
 
 void define_start_network(py::module_& m) {
   define_chessboard(m);
   define_circle_grid(m);
   define_resection(m);
+  define_point_starts(m);
   ResultClass<Started> started(m, "NetworkStart", "Start values of a network.");
   define_result(started);
   started

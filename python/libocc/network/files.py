@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from .._core import Camera, Datum, DatumKind, Network, Target, read_camera
+from .._core import Camera, Datum, DatumKind, Network, Target, free_start, read_camera, start_values
 from ..yaml_files import read_yaml
 from .poses import pose_covariance, pose_from
 from .sections import KEYS, POSE, SCHEMA, SIGMA_PX, Names, Section
-from .starts import free_start, similarity, start_values, transformed
+from .starts import similarity, transformed
 from .tables import Row, read_table
 from .writing import image_table, network_files
 

@@ -12,8 +12,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from ..._core import Camera, Datum, DatumKind, Network, Target
-from ..starts import start_values
+from ..._core import Camera, Datum, DatumKind, Network, Target, start_values
 from ..tables import decoded
 from .fields import Fields, Imported, lines_of
 
