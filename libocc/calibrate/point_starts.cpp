@@ -21,8 +21,10 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 constexpr int min_resection = 4;       // three points have up to four poses
-constexpr int min_intersected = 6;     // points of a relative orientation
-constexpr std::size_t max_pairs = 15;  // of images that are tried, those with most common points
+constexpr int min_common = 4;          // points of a relative orientation
+constexpr double min_share = 0.7;      // of the largest number of common points of a pair
+constexpr std::size_t max_pairs = 40;  // of images whose relative orientation is computed
+constexpr std::size_t max_starts = 3;  // of these
 // Smallest angle of two rays; below it a distance is uncertain by 30 times the bearing.
 constexpr double min_angle_rad = 0.035;
 
@@ -140,42 +142,56 @@ double median_error_px(const std::vector<Camera>& cameras,
 /// Two images and the poses of the second in the frame of the first.
 struct StartPair {
   int first = 0, second = 0;
+  double score = 0;
   std::vector<RelativePose> poses;
 };
 
-std::optional<StartPair> start_pair(const std::vector<Camera>& cameras,
-                                    const std::vector<PixelsOfPoints>& images) {
+/// The pairs of images with the highest scores.
+std::vector<StartPair> start_pairs(const std::vector<Camera>& cameras,
+                                   const std::vector<PixelsOfPoints>& images) {
   std::vector<std::map<int, Vector3d>> bearings(images.size());
   for (std::size_t i = 0; i < images.size(); ++i)
     for (const auto& [point, pixel] : images[i])
       if (const auto bearing = cameras[i].unproject(pixel)) bearings[i][point] = *bearing;
-  std::vector<std::tuple<int, int, int>> pairs;  // minus the number of common points, images
+  std::vector<std::tuple<int, int, int>> pairs;  // number of common points, images
+  int most = 0;
   for (int i = 0; i < static_cast<int>(images.size()); ++i)
     for (int k = 0; k < i; ++k) {
       int common = 0;
       for (const auto& [point, bearing] : bearings[i]) common += bearings[k].count(point) > 0;
-      if (common >= min_intersected) pairs.emplace_back(-common, i, k);
+      if (common >= min_common) pairs.emplace_back(common, i, k);
+      most = std::max(most, common);
     }
-  std::sort(pairs.begin(), pairs.end());
-  if (pairs.size() > max_pairs) pairs.resize(max_pairs);
-  std::optional<StartPair> best;
-  for (const auto& [common, i, k] : pairs) {
-    Eigen::Matrix3Xd first(3, -common), second(3, -common);
-    Index n = 0;
+  pairs.erase(
+      std::remove_if(pairs.begin(), pairs.end(),
+                     [&](const auto& pair) { return std::get<0>(pair) < min_share * most; }),
+      pairs.end());
+  std::vector<StartPair> found;
+  const std::size_t tried = std::min(pairs.size(), max_pairs);
+  for (std::size_t n = 0; n < tried; ++n) {
+    const auto [common, i, k] = pairs[n * pairs.size() / tried];
+    Eigen::Matrix3Xd first(3, common), second(3, common);
+    Index column = 0;
     for (const auto& [point, bearing] : bearings[i])
       if (const auto other = bearings[k].find(point); other != bearings[k].end()) {
-        first.col(n) = other->second;
-        second.col(n++) = bearing;
+        first.col(column) = other->second;
+        second.col(column++) = bearing;
       }
     std::vector<RelativePose> poses = relative_orientation(first, second);
-    poses.erase(
-        std::remove_if(poses.begin(), poses.end(),
-                       [](const RelativePose& pose) { return pose.intersected < min_intersected; }),
-        poses.end());
-    if (!poses.empty() && (!best || poses[0].intersected > best->poses[0].intersected))
-      best = StartPair{k, i, std::move(poses)};
+    const auto is_turned_only = [&](const RelativePose& pose) {
+      return pose.intersected < std::max<double>(min_common, min_share * common);
+    };
+    poses.erase(std::remove_if(poses.begin(), poses.end(), is_turned_only), poses.end());
+    if (poses.empty()) continue;
+    // The angles are limited, because wide ones gain little and common points are lost.
+    constexpr double max_angle_rad = 0.5;
+    const double score = poses[0].intersected * std::min(poses[0].angle_rad, max_angle_rad);
+    found.push_back({k, i, score, std::move(poses)});
   }
-  return best;
+  std::stable_sort(found.begin(), found.end(),
+                   [](const StartPair& a, const StartPair& b) { return a.score > b.score; });
+  if (found.size() > max_starts) found.resize(max_starts);
+  return found;
 }
 
 }  // namespace
@@ -189,23 +205,26 @@ PointStarts start_values(const std::vector<Camera>& cameras,
 std::vector<PointStarts> free_starts(const std::vector<Camera>& cameras,
                                      const std::vector<PixelsOfPoints>& images) {
   require_sizes(cameras, images);
-  const std::optional<StartPair> pair = start_pair(cameras, images);
-  if (!pair) return {};
-  std::vector<std::pair<double, PointStarts>> found;
-  std::size_t most = 0;
-  for (const RelativePose& pose : pair->poses) {
-    PointStarts starts = start_values(
-        cameras, images, {{{pair->first, Rigid3()}, {pair->second, pose.second_from_first}}, {}});
-    most = std::max(most, starts.cam_from_world.size());
-    const double error_px = median_error_px(cameras, images, starts);
-    found.emplace_back(error_px, std::move(starts));
-  }
-  std::stable_sort(found.begin(), found.end(),
-                   [](const auto& a, const auto& b) { return a.first < b.first; });
-  std::vector<PointStarts> best;
-  for (auto& [error_px, starts] : found)
-    if (starts.cam_from_world.size() == most) best.push_back(std::move(starts));
-  return best;
+  struct Found {
+    double error_px;
+    PointStarts starts;
+  };
+  std::vector<Found> found;
+  for (const StartPair& pair : start_pairs(cameras, images))
+    for (const RelativePose& pose : pair.poses) {
+      PointStarts starts = start_values(
+          cameras, images, {{{pair.first, Rigid3()}, {pair.second, pose.second_from_first}}, {}});
+      const double error_px = median_error_px(cameras, images, starts);
+      found.push_back({error_px, std::move(starts)});
+    }
+  std::stable_sort(found.begin(), found.end(), [](const Found& a, const Found& b) {
+    const std::size_t images_a = a.starts.cam_from_world.size();
+    const std::size_t images_b = b.starts.cam_from_world.size();
+    return images_a != images_b ? images_a > images_b : a.error_px < b.error_px;
+  });
+  std::vector<PointStarts> sorted;
+  for (Found& one : found) sorted.push_back(std::move(one.starts));
+  return sorted;
 }
 
 }  // namespace occ

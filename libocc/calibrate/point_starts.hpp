@@ -18,8 +18,8 @@ using PixelsOfPoints = std::map<int, Eigen::Vector2d>;
 
 /// Approximate poses and positions.
 struct PointStarts {
-  std::map<int, Rigid3> cam_from_world;     ///< by index of the image
-  std::map<int, Eigen::Vector3d> points_m;  ///< by number
+  std::map<int, Rigid3> cam_from_world;     ///< key: index of the image
+  std::map<int, Eigen::Vector3d> points_m;  ///< key: number of the point
 };
 
 /// Extends known poses and positions: resection of an image with four known points or more, those
@@ -29,11 +29,13 @@ struct PointStarts {
 LIBOCC_API PointStarts start_values(const std::vector<Camera>& cameras,
                                     const std::vector<PixelsOfPoints>& images, PointStarts known);
 
-/// Starts from images alone: relative orientation of the two images with most well intersected
-/// points, then start_values(). The frame is that of one image, with the distance of 1 between
-/// both. Points of a plane may have two relative orientations, noise adds others: the results are
-/// those with most images, in ascending order of their median errors. Empty if no two images have
-/// six common points, seen from different places. Throws std::invalid_argument if the sizes differ.
+/// Starts from images alone: relative orientations of two images with many common points and large
+/// angles between their rays, then start_values(). The frame is that of one image, with the
+/// distance of 1 between both. The results of up to three such pairs, of which each may have
+/// several relative orientations (see relative_orientation()): those with most images first, then
+/// those with the smallest median errors. Wrong ones must be expected: an adjustment of each
+/// decides. Empty if no two images have four common points, seen from different places. Throws
+/// std::invalid_argument if the sizes differ.
 LIBOCC_API std::vector<PointStarts> free_starts(const std::vector<Camera>& cameras,
                                                 const std::vector<PixelsOfPoints>& images);
 

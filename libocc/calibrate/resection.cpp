@@ -139,6 +139,9 @@ std::vector<ScoredPose> refine_best(const ResectionProblem& problem, const Camer
       starts.push_back(candidate);
   }
   for (ScoredPose candidate : starts) {
+    // The solution of an ill-conditioned triple is not quite a rotation.
+    candidate.pose.rotation = nearest_rotation(candidate.pose.rotation);
+    candidate.distance_px = problem.distance_px(candidate.pose);
     for (int i = 0; i < rounds; ++i) {
       const double sigma =
           std::max(options.min_sigma_px, sigma_of_median_distance * candidate.distance_px);

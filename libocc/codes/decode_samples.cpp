@@ -15,8 +15,6 @@ namespace occ {
 using namespace internal::codes;
 namespace {
 
-constexpr double min_phase_margin = 6;  // log likelihood ratio of the two best phases: 1 in 400
-
 // In pure noise the decisions explain about one unit of chi-square per bit, and the choice of the
 // phase a few more.
 bool contains_code(const SlotFit& fit, std::size_t bits) {
@@ -26,9 +24,18 @@ bool contains_code(const SlotFit& fit, std::size_t bits) {
 /// Log likelihood ratios of the payload's bits, with the statistics for the verdict.
 struct Evidence {
   std::vector<double> bits;  ///< log likelihood ratio of 1 against 0
-  double gained = 0, excess = 0, rival = 30, clock_error = 0;
+  std::vector<Bits> rivals;  ///< bits of other phases that fit almost as well
+  double gained = 0, excess = 0, clock_error = 0;
   bool found = false;
 };
+
+/// Bits of symbol values, most significant bit first; the inverse of symbols_of().
+Bits bits_of(const std::vector<int>& values, int bits_per_symbol) {
+  Bits bits;
+  for (const int value : values)
+    for (int k = bits_per_symbol - 1; k >= 0; --k) bits.push_back((value >> k) & 1);
+  return bits;
+}
 
 Evidence joined_evidence(const std::vector<LightSample>& samples, const Code& code,
                          const DecodeSamplesOptions& options) {
@@ -38,7 +45,8 @@ Evidence joined_evidence(const std::vector<LightSample>& samples, const Code& co
   evidence.bits = bit_evidence(fit.evidence, slots.bits_per_symbol);
   evidence.gained = fit.gained;
   evidence.excess = fit.excess;
-  evidence.rival = fit.rival;
+  for (const std::vector<int>& values : fit.rivals)
+    evidence.rivals.push_back(bits_of(values, slots.bits_per_symbol));
   evidence.clock_error = fit.clock_error;
   evidence.found = contains_code(fit, evidence.bits.size());
   return evidence;
@@ -126,11 +134,14 @@ void set_status(const Evidence& evidence, const Code& code, const DecodeSamplesO
   if (out.expected_errors > options.max_expected_errors)
     return verdict(CodeStatus::uncertain,
                    number_text(out.expected_errors) + " wrong bits are expected");
-  if (evidence.rival < min_phase_margin)
+  const auto has_checksum = [&](const Bits& bits) {
+    const Bits id(bits.begin(), bits.begin() + code.id_bits);
+    return payload_bits(value_of(id), code) == bits;
+  };
+  if (!has_checksum(out.bits)) return verdict(CodeStatus::checksum_failed, "the checksum is wrong");
+  if (std::any_of(evidence.rivals.begin(), evidence.rivals.end(), has_checksum))
     return verdict(CodeStatus::uncertain, "another phase with other bits fits equally well");
   const Bits id(out.bits.begin(), out.bits.begin() + code.id_bits);
-  if (payload_bits(value_of(id), code) != out.bits)
-    return verdict(CodeStatus::checksum_failed, "the checksum is wrong");
   verdict(CodeStatus::ok, "");
   out.id = value_of(id);
 }

@@ -269,19 +269,24 @@ std::vector<double> clock_errors(const SlotCode& code, const DecodeSamplesOption
   return errors;
 }
 
-/// Log likelihood ratio of the best phase to the best one with other symbol values.
-double over_rival(const PhaseSearch& search, const std::vector<FoldedBin>& bins, const Best& best,
-                  const std::vector<int>& values, const std::vector<double>& totals) {
-  constexpr double sufficient = 30;  // larger ratios are not distinguished
+/// Symbol values of the phases that fit almost as well as the best one, where they differ from it:
+/// with up to twice its residuals beyond the noise, `unexplained`. A phase that is shifted by one
+/// slot has that much if the delimiter is over-exposed.
+std::vector<std::vector<int>> rivals_of(const PhaseSearch& search,
+                                        const std::vector<FoldedBin>& bins, const Best& best,
+                                        const std::vector<int>& values,
+                                        const std::vector<double>& totals, double unexplained) {
+  constexpr double min_margin = 6;  // log likelihood ratio of two phases: 1 in 400
+  const double limit = min_margin + 0.5 * std::max(0.0, unexplained);
   Eigen::MatrixXd evidence;
-  double min_ratio = sufficient;
+  std::vector<std::vector<int>> rivals;
   for (int shift = 0; shift < search.steps(); ++shift) {
-    const double ratio = best.total - totals[shift];
-    if (shift == best.shift || ratio >= min_ratio) continue;
+    if (shift == best.shift || best.total - totals[shift] >= limit) continue;
     search.score(bins, shift, evidence);
-    if (likeliest(evidence, static_cast<int>(values.size())) != values) min_ratio = ratio;
+    std::vector<int> others = likeliest(evidence, static_cast<int>(values.size()));
+    if (others != values) rivals.push_back(std::move(others));
   }
-  return min_ratio;
+  return rivals;
 }
 
 }  // namespace
@@ -326,14 +331,15 @@ SlotFit fit_slots(const std::vector<LightSample>& samples, const SlotCode& code,
     }
     for (int shift = 0; shift < shifts; ++shift)
       totals[shift] = search.score(bins, shift, evidence);
-    fit.rival = over_rival(search, bins, best, fit.values, totals);
-    fit.total = search.score(bins, best.shift, evidence);
+    fit.total = best.total = totals[best.shift];
+    const Squares squares = squares_of(samples, code.channels);
+    fit.gained = 2 * fit.total - squares.constant;
+    fit.excess = squares.all - squares.constant - static_cast<double>(samples.size());
+    fit.rivals = rivals_of(search, bins, best, fit.values, totals, fit.excess - fit.gained);
+    search.score(bins, best.shift, evidence);
   }
-  const Squares squares = squares_of(samples, code.channels);
   fit.clock_error = best.clock_error;
   fit.shift = best.shift;
-  fit.gained = 2 * fit.total - squares.constant;
-  fit.excess = squares.all - squares.constant - static_cast<double>(samples.size());
   for (int s = 0; s < code.symbols; ++s)
     fit.evidence.emplace_back(evidence.col(s).begin(), evidence.col(s).end());
   return fit;

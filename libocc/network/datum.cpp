@@ -307,8 +307,12 @@ Result<Network> in_datum(const Network& network, const Network& reference, const
             (to - from).normalized().transpose() *
             (similarity_jacobian(defect, to) - similarity_jacobian(defect, from));
       }
-      const Eigen::VectorXd amount = -internal::core::minimum_norm_solution(jacobian, misclosure);
+      Eigen::VectorXd amount = -internal::core::minimum_norm_solution(jacobian, misclosure);
       if (!amount.allFinite()) return fail("the datum's targets do not determine it");
+      // The exponential of a scale's linear step overshoots.
+      constexpr double max_log_scale = 1;
+      const double log_scale = std::abs(defect.directions.row(6).dot(amount));
+      if (log_scale > max_log_scale) amount *= max_log_scale / log_scale;
       result.value =
           transformed_keeping_lengths(std::move(result.value), similarity_of(defect, amount));
       if (amount.norm() < 1e-14) break;

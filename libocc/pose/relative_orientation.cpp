@@ -12,6 +12,8 @@
 #include "libocc/core/internal/dense.hpp"
 #include "libocc/core/random.hpp"
 #include "libocc/core/require.hpp"
+#include "libocc/core/statistics.hpp"
+#include "libocc/geometry/so3.hpp"
 
 namespace occ {
 namespace {
@@ -22,7 +24,7 @@ using Eigen::Matrix3Xd;
 using Eigen::Vector3d;
 using Matrix10 = Eigen::Matrix<double, 10, 10>;
 
-constexpr Index min_points = 6;         // five pairs determine the orientation, up to ten solutions
+constexpr Index min_points = 4;         // five pairs determine the orientation, up to ten solutions
 constexpr int samples = 60;             // a third of gross errors: one is free of them with 0.9997
 constexpr std::size_t max_poses = 4;    // two for points of a plane, each perhaps twice with noise
 constexpr double max_error_ratio = 3;   // of poses that are worth a try, to the best one
@@ -93,19 +95,23 @@ std::array<Rigid3, 4> poses_of(const Matrix3d& essential) {
           Rigid3{second, -shift}};
 }
 
-/// Numbers of points in front of both images, and of those that are well intersected.
-std::pair<int, int> points_in_front(const Rigid3& pose, const Matrix3Xd& a, const Matrix3Xd& b) {
-  int front = 0, intersected = 0;
+/// The pose with the number of points in front of both images; sets intersected and angle_rad.
+std::pair<RelativePose, int> with_points(const Rigid3& pose, double error_rad, const Matrix3Xd& a,
+                                         const Matrix3Xd& b) {
+  RelativePose one{pose, error_rad};
+  std::vector<double> angles;
   for (Index i = 0; i < a.cols(); ++i) {
     const Vector3d turned = pose.rotation * a.col(i), other = b.col(i);
     const double cosine = turned.dot(other);
     // Distances s and r of the nearest points of both rays: s turned + t = r other.
     const double along_a = -turned.dot(pose.translation), along_b = other.dot(pose.translation);
     if (!(along_a + cosine * along_b > 0 && along_b + cosine * along_a > 0)) continue;
-    ++front;
-    if (std::acos(std::clamp(cosine, -1.0, 1.0)) > min_angle_rad) ++intersected;
+    angles.push_back(std::acos(std::clamp(cosine, -1.0, 1.0)));
+    if (angles.back() > min_angle_rad) ++one.intersected;
   }
-  return {front, intersected};
+  const int front = static_cast<int>(angles.size());
+  one.angle_rad = median(std::move(angles));
+  return {one, front};
 }
 
 /// Samples of five points: all of them for up to seven points.
@@ -174,13 +180,58 @@ std::vector<Matrix3d> essential_matrices(const Matrix3Xd& first, const Matrix3Xd
   return found;
 }
 
+std::vector<RelativePose> planar_orientations(const Matrix3Xd& first, const Matrix3Xd& second) {
+  const Index count = first.cols();
+  require(second.cols() == count, "second", second.cols(), "of the size of first");
+  require(count >= 4, "first", count, "at least four points");
+  Eigen::MatrixXd conditions(3 * count, 9);  // b x H a = 0, in the elements of H column by column
+  for (Index i = 0; i < count; ++i)
+    conditions.middleRows<3>(3 * i) << first(0, i) * skew(second.col(i)),
+        first(1, i) * skew(second.col(i)), first(2, i) * skew(second.col(i));
+  const auto eigen = internal::core::symmetric_eigen<Eigen::MatrixXd>(
+      conditions.transpose() * conditions, Eigen::ComputeEigenvectors);
+  constexpr double min_second = 1e-10;  // of the eigenvalues, for a unique homography
+  if (!(eigen.eigenvalues()[1] > min_second * eigen.eigenvalues()[8])) return {};
+  Matrix3d h = Eigen::Map<const Matrix3d>(eigen.eigenvectors().col(0).data());
+  const auto svd = internal::core::jacobi_svd<Matrix3d>(h, Eigen::ComputeFullV);
+  h /= svd.singularValues()[1];
+  if ((h * first.col(0)).dot(second.col(0)) < 0) h = -h;
+  if (!h.allFinite()) return {};
+  const double s1 = svd.singularValues()[0] / svd.singularValues()[1];
+  const double s3 = svd.singularValues()[2] / svd.singularValues()[1];
+  constexpr double min_stretch = 1e-6;  // s1 - s3; it is zero for images that are only turned
+  if (!(s1 - s3 > min_stretch)) return {};
+  Matrix3d v = svd.matrixV();
+  v *= v.determinant();
+  const Vector3d along = std::sqrt(std::max(0.0, 1 - s3 * s3)) * v.col(0);
+  const Vector3d across = std::sqrt(std::max(0.0, s1 * s1 - 1)) * v.col(2);
+  std::vector<RelativePose> found;
+  for (const double sign : {1.0, -1.0}) {
+    const Vector3d u = (along + sign * across) / std::sqrt(s1 * s1 - s3 * s3);
+    const Vector3d normal = v.col(1).cross(u);
+    Matrix3d in_first, in_second;
+    in_first << v.col(1), u, normal;
+    in_second << h * v.col(1), h * u, (h * v.col(1)).cross(h * u);
+    const Matrix3d rotation = nearest_rotation(in_second * in_first.transpose());
+    const Vector3d shift = ((h - rotation) * normal).normalized();
+    for (const Rigid3& one : {Rigid3{rotation, shift}, Rigid3{rotation, -shift}}) {
+      const double error = median(epipolar_errors(skew(one.translation) * rotation, first, second));
+      const auto [relative, front] = with_points(one, error, first, second);
+      if (front == count) found.push_back(relative);
+    }
+  }
+  return found;
+}
+
 std::vector<RelativePose> relative_orientation(const Matrix3Xd& first, const Matrix3Xd& second,
                                                std::uint64_t seed) {
   require(first.cols() == second.cols(), "second", second.cols(), "of the size of first");
   const Index count = first.cols();
   if (count < min_points) return {};
+  if (count == 4) return planar_orientations(first, second);
   std::vector<std::pair<double, Matrix3d>> scored;
-  const Index rank = 5 + (count - 4) / 2 - 1;  // five errors are zero by construction
+  // Five errors are zero by construction; of five points, all are.
+  const Index rank = std::min(count - 1, 5 + (count - 4) / 2 - 1);
   for (const std::vector<Index>& sample : samples_of(count, seed))
     for (const Matrix3d& essential :
          essential_matrices(first(Eigen::all, sample), second(Eigen::all, sample))) {
@@ -190,18 +241,20 @@ std::vector<RelativePose> relative_orientation(const Matrix3Xd& first, const Mat
     }
   std::stable_sort(scored.begin(), scored.end(),
                    [](const auto& a, const auto& b) { return a.first < b.first; });
+  const std::size_t max_found = count == 5 ? 4 * scored.size() + 2 : max_poses;
   std::vector<RelativePose> found;
+  if (count == 5) found = planar_orientations(first, second);
   for (const auto& [error, essential] : scored) {
     if (error > max_error_ratio * std::max(scored[0].first, min_error_rad)) break;
     for (const Rigid3& pose : poses_of(essential)) {
-      const auto [front, intersected] = points_in_front(pose, first, second);
+      const auto [relative, front] = with_points(pose, error, first, second);
       const bool is_new = std::none_of(found.begin(), found.end(), [&](const RelativePose& other) {
         return std::hypot((pose.rotation - other.second_from_first.rotation).norm(),
                           (pose.translation - other.second_from_first.translation).norm()) <=
                same_pose;
       });
-      if (2 * front >= count && is_new) found.push_back({pose, error, intersected});
-      if (found.size() == max_poses) return found;
+      if (2 * front >= count && is_new) found.push_back(relative);
+      if (found.size() >= max_found) return found;
     }
   }
   return found;

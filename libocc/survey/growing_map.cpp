@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "libocc/core/internal/dense.hpp"
 #include "libocc/core/math.hpp"
@@ -22,6 +23,7 @@ GrowingMap::GrowingMap(const std::vector<SurveyPicture>& pictures, const Camera&
       camera_(camera),
       options_(options),
       progress_(progress),
+      links_(pictures, link_notes_),
       model_sigma_px_(options.model_sigma_px),
       reasons_(pictures.size()) {
   for (const SurveyPicture& picture : pictures) {
@@ -37,13 +39,20 @@ GrowingMap::GrowingMap(const std::vector<SurveyPicture>& pictures, const Camera&
   dropped_.assign(pictures.size(), false);
 }
 
-void GrowingMap::start(int picture) {
+void GrowingMap::clear() {
   map_ = {};
   shapes_.clear();
   point_of_lamp_.clear();
+  precision_.reset();
+  joined_lamps_ = false;
   std::fill(place_of_.begin(), place_of_.end(), -1);
   std::fill(reasons_.begin(), reasons_.end(), std::string());
   std::fill(ambiguous_.begin(), ambiguous_.end(), false);
+  std::fill(dropped_.begin(), dropped_.end(), false);
+}
+
+void GrowingMap::start(int picture) {
+  clear();
   place_of_[picture] = 0;
   PlacedPicture placed;
   placed.picture = picture;
@@ -121,7 +130,7 @@ int GrowingMap::placed_neighbour(int picture) const {
   return -1;
 }
 
-std::vector<MapMatch> GrowingMap::match_near(int picture, int neighbour) const {
+MatchCandidates GrowingMap::candidates_near(int picture, int neighbour) const {
   const Rigid3& near = map_.placed[neighbour].cam_from_map;
   // Single lamps move by up to twice the median, as those above a camera that passes below them.
   const double min_cosine = std::cos(std::min(pi, 2 * options_.max_motion_rad));
@@ -134,9 +143,7 @@ std::vector<MapMatch> GrowingMap::match_near(int picture, int neighbour) const {
         candidates.back().push_back(static_cast<int>(lamp));
     }
   }
-  std::vector<MapMatch> matches =
-      match_picture(pictures_[picture], map_, pictures_, camera_, candidates);
-  return without_fast_motions(picture, std::move(matches));
+  return candidates;
 }
 
 void GrowingMap::report(const SurveyProgress& state) const {
@@ -150,16 +157,23 @@ bool GrowingMap::join(int picture) {
   // Three lamps have a pose but no redundancy, and need the motion from a neighbour as evidence.
   const int min_views = neighbour >= 0 ? 3 : 4;
   if (views(picture) < min_views) {
-    reasons_[picture] = "it shows " + std::to_string(views(picture)) +
-                        " whole lamps with a measured rim; the minimum is " +
-                        std::to_string(min_views);
+    reasons_[picture] =
+        "it shows " + std::to_string(views(picture)) + " whole lamps with a measured rim" +
+        (linked_blobs(picture) > 0 ? ", and too few known ones by tracks or ids" : "") +
+        "; the minimum is " + std::to_string(min_views);
     return false;
   }
+  std::vector<int> all(map_.lamps.size());
+  std::iota(all.begin(), all.end(), 0);
+  MatchCandidates candidates = neighbour >= 0
+                                   ? candidates_near(picture, neighbour)
+                                   : MatchCandidates(pictures_[picture].views.size(), all);
+  limit_by_codes(picture, candidates);
+  std::vector<MapMatch> matches =
+      match_picture(pictures_[picture], map_, pictures_, camera_, candidates);
+  if (neighbour >= 0) matches = without_fast_motions(picture, std::move(matches));
   // That neighbours show the same lamps is expected; of other pictures it is not (odds of 30).
   const double max_log10 = options_.max_log10_false_alarms + (neighbour >= 0 ? 1.5 : 0);
-  const std::vector<MapMatch> matches =
-      neighbour >= 0 ? match_near(picture, neighbour)
-                     : match_picture(pictures_[picture], map_, pictures_, camera_);
   const MatchVerdict verdict = judge_matches(matches, max_log10, min_views);
   ambiguous_[picture] = verdict.kind == MatchVerdict::Kind::ambiguous;
   if (verdict.kind == MatchVerdict::Kind::matched) {
@@ -310,9 +324,11 @@ int GrowingMap::reassign() {
     return false;
   };
   const double spacing = smallest_spacing();
+  const std::vector<std::optional<int>> codes = codes_of_lamps();
   for (int a = 0; a < count; ++a)
     for (int b = a + 1; b < count; ++b) {
-      if (counts[a] == 0 || counts[b] == 0 || share_a_picture(a, b) || !is_one_lamp(a, b, spacing))
+      if (counts[a] == 0 || counts[b] == 0 || (codes[a] && codes[b] && *codes[a] != *codes[b]) ||
+          share_a_picture(a, b) || !is_one_lamp(a, b, spacing))
         continue;
       replace(b, a);
       counts[a] += counts[b];
@@ -331,6 +347,8 @@ int GrowingMap::reassign() {
         if (blob.cut_by_border || blob.merged) continue;
         const int other = placed.lamp_of[b];
         if (other >= 0 && counts[other] >= 2) continue;
+        const auto code = links_.code(links_.link(placed.picture, static_cast<int>(b)));
+        if (code && codes[lamp] && *code != *codes[lamp]) continue;
         constexpr double max_distance_px = 2;  // error of an adjusted map and a centre's bias
         const double gate = max_distance_px + 4 * std::sqrt(blob.covariance_px2.trace());
         if (camera_.difference_px(*px, blob.centroid_px).norm() > gate) continue;

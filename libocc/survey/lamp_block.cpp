@@ -320,7 +320,7 @@ void LampBlock::update_lamps() {
             std::max(lamp.spread_rad, std::atan2(to_a.cross(to_b).norm(), to_a.dot(to_b)));
       }
     lamp.light = lamp_light(lamp.lamp, blobs);
-    read_codes(lamp, blobs);
+    lamp.signal = lamp_signal(blobs);
   }
 }
 
@@ -336,25 +336,6 @@ RelativeLight LampBlock::light_as(const Lamp& emitter, int lamp) const {
             {&pictures_[picture].blobs[b], network_.cam_from_world(static_cast<int>(image))});
   }
   return lamp_light(emitting, blobs);
-}
-
-void LampBlock::read_codes(BlockLamp& lamp, const std::vector<BlobInPicture>& blobs) {
-  std::vector<double> frequencies, sigmas;
-  bool contradicts = false;
-  lamp.code.reset();
-  for (const BlobInPicture& one : blobs) {
-    if (one.blob->lamp_id) {
-      contradicts = contradicts || (lamp.code && *lamp.code != *one.blob->lamp_id);
-      lamp.code = one.blob->lamp_id;
-    }
-    if (one.blob->frequency_hz && std::isfinite(one.blob->frequency_sigma_hz)) {
-      frequencies.push_back(*one.blob->frequency_hz);
-      sigmas.push_back(one.blob->frequency_sigma_hz);
-    }
-  }
-  if (contradicts) lamp.code.reset();
-  lamp.frequency_hz = median(std::move(frequencies));
-  lamp.frequency_sigma_hz = median(std::move(sigmas));
 }
 
 void LampBlock::remove_undetermined() {

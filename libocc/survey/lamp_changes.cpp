@@ -168,16 +168,16 @@ const BlockLamp& LampChanges::measured(int place) const {
 
 void LampChanges::pair_by_code() {
   for (std::size_t p = 0; p < places_.size(); ++p) {
-    const BlockLamp& seen = measured(static_cast<int>(p));
+    const LampSignal& seen = measured(static_cast<int>(p)).signal;
     std::vector<int> lamps;
     for (std::size_t a = 0; a < map_.lamps.size(); ++a) {
       const Lamp& lamp = map_.lamps[a];
       constexpr double sigmas = 4, tolerance = 0.02;  // of the clocks of lamp and rows
       const bool agrees =
-          seen.code ? *seen.code == lamp.id
-                    : seen.frequency_hz > 0 && lamp.frequency_hz && !lamp.code &&
-                          std::abs(seen.frequency_hz - *lamp.frequency_hz) <
-                              sigmas * seen.frequency_sigma_hz + tolerance * *lamp.frequency_hz;
+          seen.id ? *seen.id == lamp.id
+                  : seen.frequency_hz > 0 && lamp.frequency_hz && !lamp.code &&
+                        std::abs(seen.frequency_hz - *lamp.frequency_hz) <
+                            sigmas * seen.frequency_sigma_hz + tolerance * *lamp.frequency_hz;
       if (agrees) lamps.push_back(static_cast<int>(a));
     }
     if (lamps.size() != 1) continue;  // several lamps may share a frequency

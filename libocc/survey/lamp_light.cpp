@@ -11,6 +11,26 @@ namespace occ::internal::survey {
 
 using Eigen::Vector3d;
 
+LampSignal lamp_signal(const std::vector<BlobInPicture>& blobs) {
+  LampSignal signal;
+  std::vector<double> frequencies, sigmas;
+  bool contradicts = false;
+  for (const BlobInPicture& one : blobs) {
+    if (one.blob->lamp_id) {
+      contradicts = contradicts || (signal.id && *signal.id != *one.blob->lamp_id);
+      signal.id = one.blob->lamp_id;
+    }
+    if (one.blob->frequency_hz && std::isfinite(one.blob->frequency_sigma_hz)) {
+      frequencies.push_back(*one.blob->frequency_hz);
+      sigmas.push_back(one.blob->frequency_sigma_hz);
+    }
+  }
+  if (contradicts) signal.id.reset();
+  signal.frequency_hz = median(std::move(frequencies));
+  signal.frequency_sigma_hz = median(std::move(sigmas));
+  return signal;
+}
+
 RelativeLight lamp_light(const Lamp& lamp, const std::vector<BlobInPicture>& blobs) {
   std::vector<double> powers;
   Vector3d colour = Vector3d::Zero();

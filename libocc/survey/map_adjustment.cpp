@@ -159,6 +159,31 @@ int GrowingMap::drop_undetermined(const Adjustment& failed) {
   return count;
 }
 
+void GrowingMap::release_rejected(const Adjustment& adjusted) {
+  for (const RejectedObservation& rejected : adjusted.rejected) {
+    const ImageObservation& observation = adjusted.network.observations[rejected.observation];
+    if (observation.target.point < 0) continue;
+    std::vector<int>& lamp_of = map_.placed[observation.image].lamp_of;
+    std::replace(lamp_of.begin(), lamp_of.end(), order_[observation.target.point], -1);
+  }
+}
+
+int GrowingMap::drop_unconfirmed(const Adjustment& adjusted) {
+  constexpr int min_used = 3;
+  std::vector<int> used(order_.size(), 0);
+  for (const ImageObservation& observation : adjusted.network.observations)
+    if (observation.used && observation.target.point >= 0) ++used[observation.target.point];
+  int count = 0;
+  for (std::size_t point = 0; point < order_.size(); ++point) {
+    const int lamp = order_[point];
+    if (used[point] >= min_used || shapes_[lamp]) continue;
+    ++count;
+    for (PlacedPicture& placed : map_.placed)
+      std::replace(placed.lamp_of.begin(), placed.lamp_of.end(), lamp, -1);
+  }
+  return count;
+}
+
 void GrowingMap::estimate_model_sigma(const Adjustment& adjustment) {
   constexpr int min_redundancy = 20;  // sigma0 is then known to 16 %
   constexpr double min_sigma_px = 0.002;
@@ -190,6 +215,12 @@ Result<Adjustment> GrowingMap::adjust_all(const KnownLengths& lengths) {
   }
   Result<Adjustment> adjusted = adjust(network_of(lengths), options, callback);
   if (adjusted.ok()) update_from(*adjusted);
+  return adjusted;
+}
+
+Result<Adjustment> GrowingMap::adjust_without_lengths() {
+  Result<Adjustment> adjusted = adjust_all();
+  while (!adjusted.ok() && drop_undetermined(*adjusted) > 0) adjusted = adjust_all();
   return adjusted;
 }
 

@@ -20,7 +20,10 @@ using Eigen::Vector3d;
 using Eigen::VectorXd;
 
 constexpr double min_growth_px = 0.02;  // error of a rim that its noise does not contain
-constexpr double huber_sigma = 3;       // residuals beyond it have a lower weight
+// Likewise of an over-exposed rim, which stays in all pictures: 2.5 widths of a point's image for
+// twenty times full scale.
+constexpr double saturated_growth_px = 1.5;
+constexpr double huber_sigma = 3;  // residuals beyond it have a lower weight
 
 /// Unknowns: two tilts of a disc, or three rotations; then one or two logarithms of sizes.
 struct ShapeUnknowns {
@@ -152,7 +155,8 @@ ShapeOfViews shape_of_views(const Vector3d& centre, LampShape shape,
   }
   // A saturated rim has grown by an unknown amount: used only if there is no other.
   const auto is_saturated = [](const RimInPicture& rim) { return rim.blob->saturated; };
-  if (!std::all_of(rims.begin(), rims.end(), is_saturated))
+  const bool all_saturated = std::all_of(rims.begin(), rims.end(), is_saturated);
+  if (!all_saturated)
     rims.erase(std::remove_if(rims.begin(), rims.end(), is_saturated), rims.end());
   const bool is_disc = shape == LampShape::disc;
   lamp.normal = consensus_direction(normals);
@@ -163,6 +167,13 @@ ShapeOfViews shape_of_views(const Vector3d& centre, LampShape shape,
       is_disc ? Vector3d(lamp.normal.unitOrthogonal())
               : Vector3d((lamp.x_axis - lamp.normal * lamp.normal.dot(lamp.x_axis)).normalized());
   found.is_fitted = fit_shape(lamp, rims, camera);
+  if (found.is_fitted && all_saturated) {
+    std::vector<double> radii_px;
+    for (const RimInPicture& rim : rims)
+      radii_px.push_back(
+          std::sqrt(rim.blob->ellipse.semi_major_px * rim.blob->ellipse.semi_minor_px));
+    lamp.size_sigma = std::hypot(lamp.size_sigma, saturated_growth_px / median(radii_px));
+  }
   if (found.is_fitted) found.size = is_disc ? lamp.radius_m : std::sqrt(lamp.size_m.prod() / pi);
   return found;
 }

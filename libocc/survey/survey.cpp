@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numeric>
 #include <optional>
+#include <set>
 #include <sstream>
 #include <utility>
 
@@ -24,9 +25,12 @@ using Eigen::Vector3d;
 using internal::survey::GrowingMap;
 using internal::survey::KnownLengths;
 using internal::survey::LampMap;
+using internal::survey::LinkStart;
 using internal::survey::MapLamp;
 using internal::survey::PlacedPicture;
 
+constexpr int min_views = 4;  // of a picture that may be the first
+constexpr int min_link_redundancy = 10;
 constexpr int max_starts = 6;       // first pictures that are tried; the largest map is kept
 constexpr int max_lone_starts = 3;  // if no picture joins them: in a grid, none ever does
 constexpr int max_rounds = 6;       // of adjustment and further matches; two suffice for most rooms
@@ -83,23 +87,49 @@ class SurveyRun {
     if (!choose_start()) return unmatched();
     Result<Adjustment> adjusted;
     for (int round = 0; round < max_rounds; ++round) {
-      adjusted = adjust_without_lengths();
+      adjusted = growing_.adjust_without_lengths();
       if (!adjusted.ok()) break;
-      const int changes = growing_.reassign();
+      if (by_links_ == LinkStart::started) growing_.release_rejected(*adjusted);
+      int changes = growing_.reassign();
+      if (by_links_ == LinkStart::started) changes += growing_.join_by_links();
+
       if (growing_.join_pictures() + changes == 0) break;
+    }
+    if (by_links_ == LinkStart::started) {
+      while (adjusted.ok() && growing_.drop_unconfirmed(*adjusted) > 0)
+        adjusted = growing_.adjust_without_lengths();
+      if (adjusted.ok() && adjusted->redundancy < min_link_redundancy) {
+        adjusted.status = Status::too_few_lamps;
+        adjusted.message = "a wrong track or id would not be noticed, as the redundancy is " +
+                           std::to_string(adjusted->redundancy) + "; the minimum is " +
+                           std::to_string(min_link_redundancy);
+      }
     }
     if (adjusted.ok()) adjusted = final_adjustment();
     return result_of(adjusted);
   }
 
  private:
-  /// Grows maps from the pictures with most lamps; false if none has a second picture.
+  /// Starts from rims, or from links if these place more pictures; false if neither has a second
+  /// picture.
   bool choose_start() {
+    const int by_rims = start_from_rims();
+    for (int i = 0; i < static_cast<int>(pictures_.size()); ++i)
+      linked_ += growing_.linked_blobs(i) >= min_views;
+    if (linked_ < 2 || linked_ <= by_rims) return by_rims >= 2;
+    by_links_ = internal::survey::start_from_links(growing_);
+    if (by_links_ == LinkStart::started && growing_.placed() > by_rims) return true;
+    if (by_rims < 2) return false;
+    by_links_ = LinkStart::none;
+    return start_from_rims() >= 2;
+  }
+
+  /// Grows maps from the pictures with most rims; returns the number of pictures of the largest.
+  int start_from_rims() {
     std::vector<int> order(pictures_.size());
     std::iota(order.begin(), order.end(), 0);
     std::stable_sort(order.begin(), order.end(),
                      [&](int a, int b) { return growing_.views(a) > growing_.views(b); });
-    constexpr int min_views = 4;
     while (!order.empty() && growing_.views(order.back()) < min_views) order.pop_back();
     candidates_ = static_cast<int>(order.size());
     int best = 0, best_placed = 0, tries = 0;
@@ -112,12 +142,12 @@ class SurveyRun {
         best = picture;
         best_placed = growing_.placed();
       }
-      if (best_placed == candidates_) return best_placed >= 2;
+      if (best_placed == candidates_) return best_placed;
     }
-    if (candidates_ == 0) return false;
+    if (candidates_ == 0) return 0;
     growing_.start(best);
     growing_.join_pictures();
-    return best_placed >= 2;
+    return best_placed;
   }
 
   Result<Survey> unmatched() const {
@@ -126,10 +156,19 @@ class SurveyRun {
     int ambiguous = 0;
     for (int i = 0; i < static_cast<int>(pictures_.size()); ++i)
       ambiguous += growing_.is_ambiguous(i);
-    if (candidates_ < 2) {
+    if (by_links_ == LinkStart::ambiguous) {
+      result.status = Status::ambiguous;
+      result.message =
+          "the tracks or ids of the lamps agree with two maps alike, as for lamps in one plane; "
+          "take more pictures, from further places";
+    } else if (candidates_ < 2) {
       result.status = Status::too_few_lamps;
-      result.message = std::to_string(candidates_) + " of " + std::to_string(pictures_.size()) +
-                       " pictures show four whole lamps with measured rims; the minimum is two";
+      result.message =
+          std::to_string(candidates_) + " of " + std::to_string(pictures_.size()) +
+          " pictures show four whole lamps with measured rims; the minimum is two" +
+          (linked_ > 0 ? "; tracks and ids of lamps determine no map: two pictures must "
+                         "show four such lamps from different places"
+                       : "");
     } else if (ambiguous > 0) {
       result.status = Status::ambiguous;
       result.message =
@@ -142,17 +181,9 @@ class SurveyRun {
     return result;
   }
 
-  /// Adjusts without the pictures whose lamps are all rejected.
-  Result<Adjustment> adjust_without_lengths() {
-    Result<Adjustment> adjusted = growing_.adjust_all();
-    while (!adjusted.ok() && growing_.drop_undetermined(*adjusted) > 0)
-      adjusted = growing_.adjust_all();
-    return adjusted;
-  }
-
   Result<Adjustment> final_adjustment() {
     // The first adjustment has centres corrected by the shapes so far, the second by its own.
-    const Result<Adjustment> first = adjust_without_lengths();
+    const Result<Adjustment> first = growing_.adjust_without_lengths();
     if (!first.ok()) return first;
     growing_.estimate_model_sigma(*first);
     order_ = growing_.order();
@@ -304,7 +335,8 @@ class SurveyRun {
   std::vector<std::string> warnings_, notes_of_tags_;
   SurveyScale scale_source_ = SurveyScale::free;
   double scale_sigma_ = 0;
-  int candidates_ = 0;
+  int candidates_ = 0, linked_ = 0;  // pictures with four views, or four linked blobs
+  LinkStart by_links_ = LinkStart::none;
 };
 
 Result<Survey> SurveyRun::result_of(const Result<Adjustment>& adjusted) {
@@ -319,11 +351,14 @@ Result<Survey> SurveyRun::result_of(const Result<Adjustment>& adjusted) {
   survey.adjustment = adjusted.value;
   survey.scale = scale_source_;
   survey.scale_sigma = scale_sigma_;
-  survey.warnings = warnings_;
+  survey.model_sigma_px = growing_.model_sigma_px();
+  survey.warnings = growing_.link_notes();
+  survey.warnings.insert(survey.warnings.end(), warnings_.begin(), warnings_.end());
   note_pictures(survey);
   if (!adjusted.ok()) return result;
   for (std::size_t image = 0; image < growing_.map().placed.size(); ++image)
     survey.image_of_picture[growing_.map().placed[image].picture] = static_cast<int>(image);
+  std::set<int> ids;
   for (const int lamp : growing_.order()) {
     SurveyedLamp surveyed;
     const auto& shape = growing_.shapes()[lamp];
@@ -337,6 +372,9 @@ Result<Survey> SurveyRun::result_of(const Result<Adjustment>& adjusted) {
     surveyed.lamp.centre_m = growing_.map().lamps[lamp].position;
     surveyed.lamp.id = static_cast<int>(survey.lamps.size());
     set_light(surveyed, lamp);
+    if (surveyed.code_id && !ids.insert(*surveyed.code_id).second)
+      survey.warnings.push_back("several lamps of the map transmit the id " +
+                                std::to_string(*surveyed.code_id));
     survey.lamps.push_back(surveyed);
   }
   normalise_power(survey.lamps);
@@ -356,6 +394,9 @@ void SurveyRun::set_light(SurveyedLamp& surveyed, int lamp) const {
   surveyed.has_power = light.power.has_value();
   if (light.power) surveyed.lamp.power_w = *light.power;
   if (light.colour) surveyed.lamp.colour = *light.colour;
+  const internal::survey::LampSignal signal = internal::survey::lamp_signal(blobs);
+  surveyed.code_id = signal.id;
+  if (!signal.id && signal.frequency_hz > 0) surveyed.lamp.frequency_hz = signal.frequency_hz;
 }
 
 /// Makes the mean power 1 W: the pictures determine ratios only.
@@ -380,9 +421,10 @@ void SurveyRun::note_blobs(Survey& survey) const {
       survey.lamp_of_blob[placed.picture][b] = id;
       if (id >= 0) continue;
       const std::string why = internal::survey::reason_without_view(picture.blobs[b]);
-      survey.omissions.push_back(
-          {picture.name, static_cast<int>(b),
-           !why.empty() ? why : "no other picture shows a lamp at its place"});
+      survey.omissions.push_back({picture.name, static_cast<int>(b),
+                                  !why.empty() && by_links_ != LinkStart::started
+                                      ? why
+                                      : "its place is not confirmed by other pictures"});
     }
   }
 }
@@ -416,42 +458,16 @@ void SurveyRun::note_rejections(Survey& survey) const {
 
 }  // namespace
 
-void SurveyOptions::validate() const {
-  require_positive(max_motion_rad, "max_motion_rad");
-  require(std::isfinite(max_log10_false_alarms), "max_log10_false_alarms", max_log10_false_alarms,
-          "finite");
-  require_not_negative(row_time_s, "row_time_s");
-  require_positive(size_spread, "size_spread");
-  require_positive(model_sigma_px, "model_sigma_px");
-  require_positive(radius_sigma, "radius_sigma");
-  require_positive(odometry_sigma, "odometry_sigma");
-  require(threads >= 1, "threads", threads, "at least 1");
-  if (radius_m) {
-    require_positive(*radius_m, "radius_m");
-    require(distances.empty() && !tag_size_m, "radius_m", *radius_m,
-            "omitted if distances or tag_size_m are given");
-  }
-  if (tag_size_m) {
-    require_positive(*tag_size_m, "tag_size_m");
-    require(distances.empty(), "tag_size_m", *tag_size_m, "omitted if distances are given");
-  }
-  for (std::size_t i = 0; i < distances.size(); ++i) {
-    const std::string name = "distances[" + std::to_string(i) + "]";
-    require(distances[i].from >= 0, name + ".from", distances[i].from, "at least 0");
-    require(distances[i].to >= 0 && distances[i].to != distances[i].from, name + ".to",
-            distances[i].to, "at least 0 and another lamp than from");
-    require_positive(distances[i].length_m, name + ".length_m");
-    require_positive(distances[i].sigma_m, name + ".sigma_m");
-  }
-}
-
 Result<Survey> survey(const std::vector<SurveyPicture>& pictures, const Camera& camera,
                       const SurveyOptions& options, const SurveyCallback& progress) {
   options.validate();
-  for (const SurveyPicture& picture : pictures)
+  for (const SurveyPicture& picture : pictures) {
+    require(picture.tracks.empty() || picture.tracks.size() == picture.blobs.size(),
+            picture.name + ": tracks", picture.tracks.size(), "one for each blob");
     if (picture.odometry_m)
       require(picture.odometry_m->allFinite(), picture.name + ": odometry_m",
               picture.odometry_m->transpose(), "finite");
+  }
   require(camera.is_central(), "camera", name_of(camera.kind()),
           "one with a single projection centre");
   try {

@@ -14,10 +14,17 @@
 //    follow from the rims.
 // 4. Pictures that were held back are matched with the adjusted map, and all are adjusted again.
 //
-// World frame: the lamps' mean normal points down (z is up); x points from lamp 0 to the lamp
-// farthest from it; the lamps' mean x and y, and the lowest camera's z are zero. Pictures do not
-// show the scale: it follows from distances, from AprilTags of known size, from a lamp's radius, or
-// from odometry; otherwise it is free, and the distance from lamp 0 to the farthest lamp is 1.
+// Lamps without rims are mapped if tracks of a recording or ids that lamps transmit show which
+// blobs are one lamp: the start is then the relative orientation of two pictures with four such
+// lamps, and resection and intersection in turn (calibrate/point_starts.hpp). It is also used if
+// it places more pictures than the rims do. Each start is adjusted; if two different maps agree
+// with the pictures alike, the survey is ambiguous. Ids also exclude matches by rims.
+//
+// World frame: the lamps' mean normal points down (z is up; lamps without rims count with the
+// normal of the plane that fits them best); x points from lamp 0 to the lamp farthest from it; the
+// lamps' mean x and y, and the lowest camera's z are zero. Pictures do not show the scale: it
+// follows from distances, from AprilTags of known size, from a lamp's radius, or from odometry;
+// otherwise it is free, and the distance from lamp 0 to the farthest lamp is 1.
 #pragma once
 
 #include <Eigen/Core>
@@ -38,9 +45,11 @@ namespace occ {
 
 /// Detected blobs of one picture.
 struct SurveyPicture {
-  std::string name;                   ///< label for messages
-  std::vector<Blob> blobs;            ///< result of detect()
-  std::vector<AprilTag> tags = {};    ///< result of detect_april_tags(), for a scale by tags
+  std::string name;                 ///< label for messages
+  std::vector<Blob> blobs;          ///< result of detect()
+  std::vector<AprilTag> tags = {};  ///< result of detect_april_tags(), for a scale by tags
+  /// Track of each blob in a recording, or -1; empty: no tracks. Blobs of one track are one lamp.
+  std::vector<int> tracks = {};
   std::optional<double> time_s = {};  ///< exposure of the middle row, for row_time_s
   /// Position of the camera by odometry or another source, in any frame with the scale of metres.
   std::optional<Eigen::Vector3d> odometry_m = {};
@@ -86,12 +95,15 @@ struct LIBOCC_API SurveyOptions {
 
 /// A lamp of the map.
 struct SurveyedLamp {
-  /// Position, shape, size, normal with size_sigma and tilt_sigma_rad; relative power; colour. The
-  /// id is its number in the order in which the pictures show the lamps.
+  /// Position, shape, size, normal with size_sigma and tilt_sigma_rad; relative power; colour;
+  /// blink frequency, if it was measured and the lamp transmits no id. The id is its number in the
+  /// order in which the pictures show the lamps.
   Lamp lamp;
   int pictures = 0;        ///< number of pictures with an observation
   bool has_power = false;  ///< false: saturated in all pictures; power_w is then 1
   bool has_shape = false;  ///< false: no measured rim; the lamp is a point
+  /// Id that it transmits (Blob::lamp_id); nothing if no blob, or contradictory ones, show it.
+  std::optional<int> code_id;
 };
 
 /// A blob or a picture that is not in the result.
@@ -123,6 +135,9 @@ struct Survey {
   /// Radius, tags, odometry: relative sigma of the scale by errors that all pictures share, which
   /// the network's precision does not contain.
   double scale_sigma = 0;
+  /// Estimated standard deviation, per axis, of the errors of a lamp's image beyond its noise; that
+  /// of the options if the redundancy does not determine it.
+  double model_sigma_px = 0;
   std::vector<std::string> warnings;  ///< contradictions that the user should check
 };
 
@@ -138,9 +153,10 @@ using SurveyCallback = std::function<bool(const SurveyProgress&)>;
 
 /// Surveys lamps. Status: ok; too_few_lamps: fewer than two pictures show four lamps with measured
 /// rims; ambiguous: the lamps' arrangement is symmetric, so that no two pictures have a unique
-/// match; no_pose: no two pictures match; not_converged: `progress` stopped it; otherwise that of
-/// adjust(). Throws std::invalid_argument
-/// for options out of range, and for a distance whose lamps are not in the map.
+/// match, or two maps agree with tracks and ids alike; no_pose: no two pictures match;
+/// not_converged: `progress` stopped it; otherwise that of adjust(). Throws std::invalid_argument
+/// for options out of range, tracks that are not one per blob, and a distance whose lamps are not
+/// in the map.
 LIBOCC_API Result<Survey> survey(const std::vector<SurveyPicture>& pictures, const Camera& camera,
                                  const SurveyOptions& options = {},
                                  const SurveyCallback& progress = {});

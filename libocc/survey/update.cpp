@@ -80,6 +80,7 @@ class UpdateRun {
       for (std::size_t i = 0; i < left.size(); ++i) {
         if (found->image_of_picture[i] < 0) continue;
         left[i].blobs.clear();
+        left[i].tracks.clear();
         left[i].tags.clear();
       }
       const auto is_used = [](const SurveyPicture& picture) { return picture.blobs.empty(); };

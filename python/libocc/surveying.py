@@ -16,7 +16,9 @@ from numpy.typing import NDArray
 
 from ._core import (
     Camera,
+    Code,
     LampChange,
+    LampCode,
     LampFate,
     LampUpdate,
     MapUpdate,
@@ -31,13 +33,14 @@ from ._core import (
     Target,
     precision,
     survey,
+    track_blobs,
     update_map,
 )
 
 __all__ = [
     "LampChange", "LampFate", "LampUpdate", "MapUpdate", "MapWay", "Survey", "SurveyOmission", "SurveyScale",
     "SurveyedLamp", "assumptions_of", "joint_covariance_m2", "known_precision", "scene_of", "shared_errors", "survey",
-    "update_map", "updated_scene", "without_scale",
+    "track_blobs", "update_map", "updated_scene", "without_scale",
 ]
 
 MIN_SHARED_RATIO = 2.0  # of variances
@@ -108,10 +111,13 @@ def joint_covariance_m2(found: Survey, known: Precision, ids: Sequence[int]) -> 
     return np.asarray(joint + np.einsum("ia,jb->ijab", arms, arms))
 
 
-def scene_of(found: Survey, camera: Camera, sensor: Sensor | None = None) -> Scene:
+def scene_of(
+    found: Survey, camera: Camera, sensor: Sensor | None = None, code: Code | None = None
+) -> Scene:
     """Scene of a survey that is ok: its lamps with the standard deviations of their positions and shared errors.
 
-    Lamps whose position is not determined are left out. `assumed` of the scene states the frame and the scale.
+    code: that of the ids which the lamps transmit (SurveyedLamp.code_id). Lamps whose position is not determined are
+    left out. `assumed` of the scene states the frame and the scale.
     """
     known = known_precision(found)
     ids = [i for i, covariance in enumerate(known.points()) if np.isfinite(covariance).all()]
@@ -120,8 +126,12 @@ def scene_of(found: Survey, camera: Camera, sensor: Sensor | None = None) -> Sce
     sigmas_m, errors_m = shared_errors(joint_m2)
     lamps = []
     for row, id in enumerate(ids):
-        lamps.append(found.lamps[id].lamp.replace(
-            position_sigma_m=sigmas_m[row], shared_errors_m=list(errors_m[:, row]), power_sigma=POWER_SIGMA,
+        surveyed = found.lamps[id]
+        transmits = {}
+        if code is not None and surveyed.code_id is not None:
+            transmits = {"code": LampCode(code=code, id=surveyed.code_id)}
+        lamps.append(surveyed.lamp.replace(
+            position_sigma_m=sigmas_m[row], shared_errors_m=list(errors_m[:, row]), power_sigma=POWER_SIGMA, **transmits
         ))
     scene = Scene(camera=camera, lamps=lamps, sensor=sensor, map_scale_sigma=scale_sigma)
     return Scene.parse(scene.format() + "assumed:\n" + "".join(f"  - '{note}'\n" for note in assumptions_of(found)))

@@ -63,6 +63,15 @@ void define_decode(py::module_& m) {
           "track_px", [](const L& l) { return places(l.track); },
           "(n, 2) position in each frame, dark or lit [px].")
       .def_property_readonly(
+          "seen_frames",
+          [](const L& l) {
+            std::vector<int> frames;
+            for (const TrackPoint& point : l.track.points)
+              if (point.blob) frames.push_back(point.frame);
+            return frames;
+          },
+          "Indices of the frames with a blob.")
+      .def_property_readonly(
           "seen", [](const L& l) { return l.track.seen; }, "Number of frames with a blob.")
       .def("__repr__", [](const L& l) {
         return std::string("<DecodedLamp: ") +

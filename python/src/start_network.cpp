@@ -268,9 +268,10 @@ ValueError unless there is one camera per image.)");
 
 cameras: of each image; images: pixels of points by their number, for each image. Returns: poses
 (4x4) by index of the image and positions (3,) by number, in the frame of one image and with the
-distance of 1 between two; None if no two images have six common points, seen from different places.
+distance of 1 between two; None if no two images have four common points, seen from different places.
 Raises: ValueError unless there is one camera per image.)");
-  py::class_<RelativePose>(m, "RelativePose", "Pose of the second image in the frame of the first.")
+  ResultClass<RelativePose>(m, "RelativePose",
+                            "Pose of the second image in the frame of the first.")
       .def_readonly("second_from_first", &RelativePose::second_from_first,
                     "4x4; the distance between both projection centres is 1.")
       .def_readonly("error_rad", &RelativePose::error_rad,
@@ -285,8 +286,9 @@ Raises: ValueError unless there is one camera per image.)");
       py::arg("first"), py::arg("second"), py::arg("seed") = 0,
       R"(Computes the poses of two images from common points, best first.
 
-first, second: unit bearings (n, 3); up to a third may be gross errors. Returns: list of
-RelativePose, up to four (two for points of a plane); empty with fewer than six points. Raises:
+first, second: unit bearings (n, 3); of six or more, up to a third may be gross errors. Returns:
+list of RelativePose (two for points of a plane): four points are assumed to be in a plane, and five
+have up to twelve poses, which further images must tell apart; empty with fewer points. Raises:
 ValueError for unequal counts. Source: Stewenius, Engels, Nister, ISPRS Journal 60(4), 2006.)");
 }
 

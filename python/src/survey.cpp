@@ -2,6 +2,7 @@
 #include "libocc/survey/survey.hpp"
 
 #include "fields.hpp"
+#include "libocc/decode/track_blobs.hpp"
 #include "module.hpp"
 #include "results.hpp"
 #include "survey_input.hpp"
@@ -54,7 +55,9 @@ void define_results(py::module_& m) {
       .def_readonly("has_power", &SurveyedLamp::has_power,
                     "False: saturated in all pictures; its power is then 1.")
       .def_readonly("has_shape", &SurveyedLamp::has_shape,
-                    "False: no measured rim; the lamp is a point.");
+                    "False: no measured rim; the lamp is a point.")
+      .def_readonly("code_id", &SurveyedLamp::code_id,
+                    "Id that it transmits (Blob.lamp_id), or None.");
   ResultClass<SurveyOmission>(m, "SurveyOmission", "A blob or picture that a survey does not use.")
       .def_readonly("picture", &SurveyOmission::picture, "Name of the picture.")
       .def_readonly("blob", &SurveyOmission::blob, "Index of the blob; -1: the whole picture.")
@@ -72,6 +75,9 @@ void define_results(py::module_& m) {
       .def_property_readonly(
           "scale_sigma", value_of(&Survey::scale_sigma),
           "Relative sigma of a scale by radius, tags or odometry, beside the precision.")
+      .def_property_readonly("model_sigma_px", value_of(&Survey::model_sigma_px),
+                             "Estimated sigma, per axis, of the errors of a lamp's image beyond "
+                             "its noise.")
       .def_property_readonly("warnings", value_of(&Survey::warnings), "Contradictions to check.");
   survey
       .def_property_readonly(
@@ -87,15 +93,58 @@ void define_results(py::module_& m) {
           "observations - unknowns + defect.");
 }
 
+/// Track of each blob of each frame.
+std::vector<std::vector<int>> tracks_of(
+    const std::vector<std::pair<double, std::vector<Blob>>>& frames, const TrackOptions& options) {
+  std::vector<FrameBlobs> all;
+  std::vector<std::vector<int>> numbers;
+  for (const auto& [time_s, blobs] : frames) {
+    all.push_back({time_s, blobs});
+    numbers.emplace_back(blobs.size(), -1);
+  }
+  const std::vector<Track> tracks = track_blobs(all, options);
+  for (std::size_t t = 0; t < tracks.size(); ++t)
+    for (const TrackPoint& point : tracks[t].points)
+      if (point.blob) numbers[point.frame][*point.blob] = static_cast<int>(t);
+  return numbers;
+}
+
+auto track_fields() {
+  using O = TrackOptions;
+  return std::make_tuple(
+      field("gate_sigma", &O::gate_sigma, "largest distance of blob and prediction [sigma]"),
+      field("position_sigma_px", &O::position_sigma_px, "added to the sigma of a blob"),
+      field("speed_sigma_px_s", &O::speed_sigma_px_s, "initial sigma of a velocity component"),
+      field("acceleration_px_s2", &O::acceleration_px_s2, "sigma of the acceleration noise"),
+      field("max_gap_s", &O::max_gap_s, "largest time between two blobs of a track"));
+}
+
 }  // namespace
 
 void define_survey(py::module_& m) {
   define_results(m);
+  const auto options_of_tracks = track_fields();
+  const std::string track_doc =
+      "Joins the blobs of each lamp over the frames of a recording, by a Kalman filter per "
+      "lamp.\n\n"
+      "frames: (time [s], blobs) of each. Returns: for each frame, the number of the track of "
+      "each\n"
+      "blob; tracks are numbered by their first blobs. A lamp that is not seen for longer than\n"
+      "max_gap_s starts a new track. Raises: ValueError for times that do not increase." +
+      fields_doc(options_of_tracks, "Options");
+  define_function(
+      m, "track_blobs", options_of_tracks,
+      [](TrackOptions options, const std::vector<std::pair<double, std::vector<Blob>>>& frames) {
+        py::gil_scoped_release unlocked;
+        return tracks_of(frames, options);
+      },
+      py::arg("frames"), track_doc.c_str());
   const auto fields = survey_fields();
   const std::string doc =
       "Maps lamps from pictures of one calibrated camera at unknown places.\n\n"
       "pictures: (name, blobs) of each. distances: (lamp id, lamp id, length, sigma) [m]; they\n"
-      "determine the scale. tags: AprilTags of each picture. times_s:\n"
+      "determine the scale. tags: AprilTags of each picture. tracks: for each picture, the\n"
+      "track of each blob in a recording, or -1: blobs of one track are one lamp. times_s:\n"
       "exposure of the middle row of each, or None. odometry_m: position (3,) of the camera by\n"
       "odometry for each picture, or None; consecutive ones determine the scale if nothing else "
       "does.\n"
@@ -106,9 +155,9 @@ void define_survey(py::module_& m) {
   define_function(
       m, "survey", fields,
       [](SurveyOptions options, const SurveyBlobs& pictures, const Camera& camera,
-         const Distances& distances, const Tags& tags, const SurveyTimes& times_s,
-         const Places& odometry_m, const py::object& progress) {
-        std::vector<SurveyPicture> all = survey_pictures(pictures, times_s);
+         const Distances& distances, const Tags& tags, const SurveyTracks& tracks,
+         const SurveyTimes& times_s, const Places& odometry_m, const py::object& progress) {
+        std::vector<SurveyPicture> all = survey_pictures(pictures, tracks, times_s);
         require(tags.empty() || tags.size() == all.size(), "tags", tags.size(),
                 "one list for each picture");
         for (std::size_t i = 0; i < tags.size(); ++i) all[i].tags = tags[i];
@@ -123,8 +172,8 @@ void define_survey(py::module_& m) {
       },
       py::arg("pictures"), py::arg("camera"), py::kw_only(),
       py::arg_v("distances", Distances{}, "[]"), py::arg_v("tags", Tags{}, "[]"),
-      py::arg_v("times_s", SurveyTimes{}, "[]"), py::arg_v("odometry_m", Places{}, "[]"),
-      py::arg("progress") = py::none(), doc.c_str());
+      py::arg_v("tracks", SurveyTracks{}, "[]"), py::arg_v("times_s", SurveyTimes{}, "[]"),
+      py::arg_v("odometry_m", Places{}, "[]"), py::arg("progress") = py::none(), doc.c_str());
 }
 
 }  // namespace occ::python

@@ -16,6 +16,7 @@
 namespace occ::python {
 
 using SurveyBlobs = std::vector<std::pair<std::string, std::vector<Blob>>>;  ///< (name, blobs)
+using SurveyTracks = std::vector<std::vector<int>>;
 using SurveyTimes = std::vector<std::optional<double>>;
 
 inline auto survey_motion_fields() {
@@ -43,11 +44,15 @@ inline auto survey_thread_fields() {
       field("threads", &SurveyOptions::threads, "at least 1; any number gives the same bits"));
 }
 
-/// Raises ValueError unless there are no times, or one for each picture.
+/// Raises ValueError unless there are no tracks or times, or an entry for each picture.
 inline std::vector<SurveyPicture> survey_pictures(const SurveyBlobs& pictures,
+                                                  const SurveyTracks& tracks,
                                                   const SurveyTimes& times_s) {
   std::vector<SurveyPicture> all;
   for (const auto& [name, blobs] : pictures) all.push_back({name, blobs});
+  require(tracks.empty() || tracks.size() == all.size(), "tracks", tracks.size(),
+          "one list for each picture");
+  for (std::size_t i = 0; i < tracks.size(); ++i) all[i].tracks = tracks[i];
   require(times_s.empty() || times_s.size() == all.size(), "times_s", times_s.size(),
           "one time for each picture");
   for (std::size_t i = 0; i < times_s.size(); ++i) all[i].time_s = times_s[i];

@@ -129,6 +129,24 @@ TEST(Resection, FourPointsInAPlaneHaveTwoPosesFromFar) {
   EXPECT_LT(hypotheses[1].rms_px, 2);
 }
 
+TEST(Resection, RotationsAreOrthonormal) {
+  // Wrong positions: triples that no pose fits, whose solutions are ill-conditioned.
+  const Camera camera = cases()[0].camera;
+  Random random(12);
+  for (int t = 0; t < 3000; ++t) {
+    const Rigid3 pose = random_pose(random);
+    Seen seen = random_points(camera, pose, 4 + t % 3, random);
+    for (Eigen::Index k = 0; k < seen.points.size(); ++k)
+      seen.points.data()[k] += random.uniform(-0.4, 0.4);
+    const auto found = resect(seen.points, seen.px, camera);
+    if (!found.ok()) continue;
+    const Eigen::Matrix3d& r = found->cam_from_world.rotation;
+    ASSERT_LT((r * r.transpose() - Eigen::Matrix3d::Identity()).norm(), 1e-12) << t;
+    for (const Rigid3& other : found->alternatives)
+      ASSERT_NEAR(other.rotation.determinant(), 1, 1e-12) << t;
+  }
+}
+
 TEST(Resection, ReportsMissingData) {
   const Camera camera = vga_camera();
   Random random(6);

@@ -183,6 +183,36 @@ TEST(CameraOok, OneWrongBitFailsTheChecksumAndGivesNoId) {
   EXPECT_EQ(read_code.bits, bits);
 }
 
+TEST(Ufsook, AnOverExposedDelimiterGivesNoWrongId) {
+  // The delimiter has half the light of a lit lamp; over-exposed, both look alike, and the code may
+  // be read with another beginning.
+  Code code;
+  code.kind = CodeKind::ufsook;
+  int right = 0, wrong = 0;
+  // Id 10 with another beginning is id 49, checksum included.
+  constexpr std::uint32_t id = 10;
+  for (std::uint64_t trial = 0; trial < 100; ++trial) {
+    Random random(5, trial);
+    Shutter shutter;
+    shutter.rows = 29;
+    shutter.frames = 100;
+    shutter.begin_s = random.uniform(0, 2);
+    shutter.sigma = 0.02;
+    std::vector<LightSample> samples = shutter.of(encode_id(id, code), trial);
+    std::vector<double> gain(100);  // of a moving lamp in each frame
+    for (double& one : gain) one = 1 + 0.15 * random.normal();
+    for (LightSample& sample : samples) {
+      sample.value = gain[static_cast<std::size_t>(sample.frame)] * std::min(1.0, 3 * sample.value);
+      sample.sigma = 0.05;
+    }
+    const DecodedCode read_code = decode_samples(samples, code);
+    right += read_code.id == id ? 1 : 0;
+    wrong += read_code.ok() && read_code.id != id ? 1 : 0;
+  }
+  EXPECT_EQ(wrong, 0) << right << " right";
+  EXPECT_GE(right, 10);
+}
+
 /// Bit error rate for a known phase, for a code whose nearest symbols differ by `distance`:
 /// amplitude of the light times the square root of the number of samples that differ.
 struct ErrorRate {

@@ -135,6 +135,19 @@ TEST(Datum, ASimilarityLeavesImagesUnchanged) {
   EXPECT_THROW(transformed(network, similarity), std::invalid_argument);
 }
 
+TEST(Datum, IsReachedFromAnyScale) {
+  const Network network = test::pinhole_network();
+  for (const double scale : {1e-4, 1e-2, 0.1, 10.0, 1e2, 1e4}) {
+    Similarity similarity;
+    similarity.scale = scale;
+    similarity.rotation = so3_exp({0.4, -1, 2});
+    similarity.translation = {3, -8, 1};
+    const auto back = in_datum(transformed(network, similarity), network);
+    ASSERT_TRUE(back.ok()) << scale << ": " << back.message;
+    EXPECT_LT(test::worst_distance(*back, network), 1e-6) << scale;
+  }
+}
+
 std::vector<Datum> all_datums() {
   const auto point = [](int k) { return Target::of_point(k); };
   return {

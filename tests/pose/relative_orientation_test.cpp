@@ -103,13 +103,44 @@ TEST(RelativeOrientation, CountsPointsWithABaseline) {
     EXPECT_LT(pose.intersected, 6);
 }
 
-TEST(RelativeOrientation, NeedsSixPairsOfOneCount) {
+TEST(RelativeOrientation, NeedsFourPairsOfOneCount) {
   Random random(5);
   const TwoImages images = two_images(random, 5, 1);
-  EXPECT_TRUE(relative_orientation(images.first, images.second).empty());
+  EXPECT_TRUE(relative_orientation(images.first.leftCols(3), images.second.leftCols(3)).empty());
   EXPECT_THROW(relative_orientation(images.first, images.second.leftCols(4)),
                std::invalid_argument);
+  EXPECT_THROW(planar_orientations(images.first, images.second.leftCols(4)), std::invalid_argument);
+  EXPECT_THROW(planar_orientations(images.first.leftCols(3), images.second.leftCols(3)),
+               std::invalid_argument);
   EXPECT_THROW(essential_matrices(images.first, images.second.leftCols(4)), std::invalid_argument);
+}
+
+TEST(RelativeOrientation, FourAndFivePointsOfAPlaneHaveTheTruthAmongTheirPoses) {
+  for (std::uint64_t i = 0; i < 60; ++i) {
+    Random random(6, i);
+    const int count = 4 + static_cast<int>(i % 2);
+    const TwoImages images = two_images(random, count, 0);
+    const auto planar = planar_orientations(images.first, images.second);
+    EXPECT_LE(planar.size(), 2u);
+    EXPECT_LT(best_error(planar, images.second_from_first), 1e-6) << i;
+    const auto found = relative_orientation(images.first, images.second);
+    EXPECT_LT(best_error(found, images.second_from_first), 1e-6) << i;
+    for (const RelativePose& pose : planar) EXPECT_GT(pose.angle_rad, 0);
+  }
+  Random random(7);
+  const TwoImages in_space = two_images(random, 5, 1);
+  EXPECT_LT(
+      best_error(relative_orientation(in_space.first, in_space.second), in_space.second_from_first),
+      1e-5);
+}
+
+TEST(RelativeOrientation, APlaneSeenFromOnePlaceHasNone) {
+  Random random(8);
+  TwoImages images = two_images(random, 6, 0);
+  images.second = images.second_from_first.rotation * images.first;
+  EXPECT_TRUE(planar_orientations(images.first, images.second).empty());
+  const Matrix3Xd same = Vector3d(0, 0, 1).replicate(1, 4);
+  EXPECT_TRUE(planar_orientations(same, same).empty());
 }
 
 TEST(RelativeOrientation, EqualBearingsGiveNoNan) {

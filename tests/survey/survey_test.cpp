@@ -81,6 +81,25 @@ TEST(Survey, TakesTheScaleFromOdometry) {
               3e-3);
 }
 
+TEST(Survey, StatesTheErrorOfOverExposedRims) {
+  const Scene scene = uneven_room();
+  auto made = walk(scene, 12, 5);
+  SurveyOptions options = with_distance(scene, made);
+  for (MadePicture& one : made)
+    for (Blob& blob : one.picture.blobs) {
+      blob.saturated = true;
+      for (RimPoint& point : blob.rim) point.px += 2.5 * point.normal;
+      blob.ellipse.semi_major_px += 2.5;
+      blob.ellipse.semi_minor_px += 2.5;
+    }
+  const auto found = survey(pictures_of(made), scene.camera, options);
+  ASSERT_TRUE(found.ok()) << found.message;
+  for (const SurveyedLamp& lamp : found->lamps) {
+    EXPECT_GT(lamp.lamp.radius_m, 0.084);
+    EXPECT_LT(std::abs(lamp.lamp.radius_m / 0.08 - 1), 3 * lamp.lamp.size_sigma);
+  }
+}
+
 TEST(Survey, HoldsBackPicturesOfFourLampsInARectangle) {
   const Scene scene = room_of({{1, 1, 2.7}, {3, 1, 2.7}, {1, 2.5, 2.7}, {3, 2.5, 2.7}});
   const auto made = walk(scene, 10, 3);

@@ -22,7 +22,8 @@ struct SlotFit {
   std::vector<int> values;                    ///< most likely value of each symbol
   double gained = 0;                          ///< chi-square that the transmitted light explains
   double excess = 0;  ///< chi-square about constant light minus its expectation for pure noise
-  double rival = 0;   ///< log likelihood ratio to the best phase with other symbol values
+  /// Other values of the symbols, of phases whose likelihood is almost as high.
+  std::vector<std::vector<int>> rivals;
 };
 
 /// Fits a slot code to one or more samples.

@@ -7,10 +7,12 @@
 #include <string>
 #include <vector>
 
+#include "libocc/calibrate/point_starts.hpp"
 #include "libocc/core/abi.hpp"
 #include "libocc/core/status.hpp"
 #include "libocc/network/precision.hpp"
 #include "libocc/survey/internal/known_lengths.hpp"
+#include "libocc/survey/internal/lamp_links.hpp"
 #include "libocc/survey/internal/lamp_map.hpp"
 #include "libocc/survey/survey.hpp"
 
@@ -27,23 +29,41 @@ class GrowingMap {
 
   /// Starts a new map with the lamps of one picture.
   void start(int picture);
+  /// Poses and positions that follow from links alone (free_starts()); points are links.
+  std::vector<PointStarts> link_starts() const;
+  /// Starts a new map with such poses and positions.
+  void start(const PointStarts& starts);
   /// Joins pictures until none of the others has a unique match; returns the number of new ones.
   int join_pictures();
+  /// Joins the pictures whose links show four known lamps, after start(const PointStarts&); returns
+  /// their number.
+  int join_by_links();
   /// Adjusts the placed pictures and the lamps that two of them show; then updates poses,
   /// positions, shapes and covariances of the map. Known lengths are observations if given.
   Result<Adjustment> adjust_all(const KnownLengths& lengths = {});
+  /// Adjusts without known lengths and without the pictures whose lamps are all rejected.
+  Result<Adjustment> adjust_without_lengths();
   /// Removes pictures of which an adjustment rejected so many lamps that fewer than three are left,
   /// or those with the fewest; they do not join again. Returns their number.
   int drop_undetermined(const Adjustment& failed);
+  /// Takes rejected image points from their lamps, for reassign(): a track may have changed to
+  /// another lamp.
+  void release_rejected(const Adjustment& adjusted);
+  /// Leaves out lamps without a rim that fewer than three image points determine, so that a wrong
+  /// link would not be noticed. Returns their number.
+  int drop_unconfirmed(const Adjustment& adjusted);
   /// Estimates the errors beyond the noise from the residuals of an adjustment (variance
   /// component), for the next one; without enough redundancy they are kept.
   void estimate_model_sigma(const Adjustment& adjustment);
+  double model_sigma_px() const { return model_sigma_px_; }
   /// Gives unassigned blobs of placed pictures the adjusted lamp at their place, and joins lamps
   /// that are one. Returns the number of changes.
   int reassign();
 
   /// Numbers of views with a shape, for the choice of the first picture.
   int views(int picture) const { return static_cast<int>(pictures_[picture].views.size()); }
+  /// Numbers of blobs with a link.
+  int linked_blobs(int picture) const;
   int placed() const { return static_cast<int>(map_.placed.size()); }
   const LampMap& map() const { return map_; }
   /// Lamps that two pictures show, in the order of the pictures: the points of the network.
@@ -55,14 +75,21 @@ class GrowingMap {
   /// Why a picture is not placed, at its last attempt.
   const std::string& reason(int picture) const { return reasons_[picture]; }
   bool is_ambiguous(int picture) const { return ambiguous_[picture]; }
+  /// Links that contradict themselves.
+  const std::vector<std::string>& link_notes() const { return link_notes_; }
+  /// Id that each lamp of the map transmits, as far as a blob shows it.
+  std::vector<std::optional<int>> codes_of_lamps() const;
   /// Applies a similarity of the world.
   void transform(const Similarity& similarity);
 
  private:
+  void clear();
+  /// Removes the candidates that contradict the ids of views.
+  void limit_by_codes(int picture, MatchCandidates& candidates) const;
   std::vector<MapMatch> without_fast_motions(int picture, std::vector<MapMatch> matches) const;
   void report(const SurveyProgress& state) const;  // throws SurveyStopped
   int placed_neighbour(int picture) const;
-  std::vector<MapMatch> match_near(int picture, int neighbour) const;
+  MatchCandidates candidates_near(int picture, int neighbour) const;
   bool join(int picture);
   void place(int picture, const MapMatch& match);
   void remove_unused_lamps();  // after adjust_all()
@@ -82,6 +109,8 @@ class GrowingMap {
   const Camera& camera_;
   const SurveyOptions& options_;
   const SurveyCallback& progress_;
+  std::vector<std::string> link_notes_;
+  LampLinks links_;
   double model_sigma_px_;
   std::vector<PictureViews> pictures_;
   LampMap map_;
@@ -95,5 +124,12 @@ class GrowingMap {
   std::vector<bool> ambiguous_;
   std::vector<bool> dropped_;  // by drop_undetermined()
 };
+
+/// Outcome of start_from_links().
+enum class LinkStart { none, started, ambiguous };
+
+/// Starts a new map from links and adjusts it. none: they determine no map; ambiguous: two maps
+/// agree with the pictures alike.
+LinkStart start_from_links(GrowingMap& growing);
 
 }  // namespace occ::internal::survey

@@ -25,13 +25,11 @@ struct RejectedBlob {
 
 /// A lamp of a block.
 struct BlockLamp {
-  int number = -1;          ///< id in the survey; -1: it was not in the survey
-  Lamp lamp;                ///< centre, shape, size and normal
-  bool has_shape = false;   ///< false: a point without a normal of its own
-  RelativeLight light;      ///< in a unit that all blocks share
-  std::optional<int> code;  ///< id that its blobs transmit; nothing if they contradict each other
-  double frequency_hz = 0;  ///< blink frequency; 0: not read
-  double frequency_sigma_hz = 0;
+  int number = -1;         ///< id in the survey; -1: it was not in the survey
+  Lamp lamp;               ///< centre, shape, size and normal
+  bool has_shape = false;  ///< false: a point without a normal of its own
+  RelativeLight light;     ///< in a unit that all blocks share
+  LampSignal signal;
   std::vector<int> pictures;  ///< indices of the pictures with an observation
   /// Largest angle between the directions of two views. A single view of a disc has two normals.
   double spread_rad = 0;
@@ -80,7 +78,6 @@ class LampBlock {
   Eigen::Vector2d centre_correction(const BlockLamp& lamp, const Rigid3& pose) const;
   void update_lamps();
   void remove_undetermined();
-  void read_codes(BlockLamp& lamp, const std::vector<BlobInPicture>& blobs);
   double model_sigma_px() const;
   void check_camera();
 

@@ -31,6 +31,15 @@ struct RelativeLight {
   std::optional<Eigen::Vector3d> colour;  ///< mean of the blobs without clipped channels
 };
 
+/// Id or frequency that a lamp transmits by blinking.
+struct LampSignal {
+  std::optional<int> id;    ///< nothing if its blobs have none, or different ones
+  double frequency_hz = 0;  ///< median over the blobs; 0: not measured
+  double frequency_sigma_hz = 0;
+};
+
+LampSignal lamp_signal(const std::vector<BlobInPicture>& blobs);
+
 /// Power and colour of a lamp whose centre, normal and emission are known.
 RelativeLight lamp_light(const Lamp& lamp, const std::vector<BlobInPicture>& blobs);
 

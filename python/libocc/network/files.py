@@ -4,6 +4,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -227,7 +228,7 @@ class Reader:
             if target.point_index >= 0:
                 known.setdefault(target.point_index, position)
         of_image = [cameras[image.camera] for image in self.image_rows]
-        found, points = start_values(of_image, seen, known, poses)
+        found, points = start_values(of_image, cast(Any, seen), cast(Any, known), cast(Any, poses))
         if not found:
             found, points = self.free_start(of_image, seen, known) or (found, points)
         for k, image in enumerate(self.image_rows):
@@ -258,7 +259,7 @@ class Reader:
 
         None if there are one or two known points, which do not determine a frame, or no relative orientation.
         """
-        started = free_start(cameras, seen)
+        started = free_start(cameras, cast(Any, seen))
         if started is None:
             return None
         poses, points = started

@@ -16,13 +16,24 @@ from ..prior_options import given, prior_options
 from .calibrate_options import out_option
 
 
-def camera_of(name: str) -> tuple[occ.Camera, occ.Sensor | None]:
-    """Camera of a camera file; camera and sensor of a scene."""
+def camera_of(name: str) -> tuple[occ.Camera, occ.Scene | None]:
+    """Camera of a camera file; camera of a scene, and the scene."""
     with error_context(name):
         if Path(name).is_file() and not re.search(r"^lamps:", Path(name).read_text(), re.MULTILINE):
             return occ.read_camera(name), None
         scene = samples.load_scene(name)
-        return scene.camera, scene.sensor
+        return scene.camera, scene
+
+
+def code_of(kind: str, scene: occ.Scene | None, is_recording: bool) -> occ.codes.Code:
+    """Code of this kind with the parameters of the scene's lamps, if any has one."""
+    if scene is None:
+        raise Failure("--code: needs the exposure and row times of the camera: give a scene as --camera")
+    if not is_recording:
+        raise Failure("--code: needs a recording: a video, a bag or a folder of frames with --fps")
+    known = [lamp.code.code for lamp in scene.lamps if lamp.code is not None]
+    wanted = occ.codes.CodeKind[kind]
+    return next((code for code in known if code.kind == wanted), occ.codes.Code(kind=wanted))
 
 
 def places_of(path: str, times_s: Sequence[float | None]) -> list[Any]:
@@ -39,6 +50,11 @@ def places_of(path: str, times_s: Sequence[float | None]) -> list[Any]:
         return places
 
 
+def uses_few(found: occ.surveying.Survey) -> bool:
+    """True if most pictures are not in the map, so that lamps should be followed from frame to frame."""
+    return not found.ok or 2 * sum(image >= 0 for image in found.image_of_picture) < len(found.image_of_picture)
+
+
 def lamp_number(name: str) -> int:
     """Number of a lamp: "lamp 3" or "3"."""
     number = name.removeprefix("lamp").strip()
@@ -48,7 +64,7 @@ def lamp_number(name: str) -> int:
 
 
 @click.command(short_help="Make a map of a room's lamps from pictures alone.")
-@click.argument("sources", nargs=-1, required=True, metavar="IMAGE...|FOLDER|VIDEO")
+@click.argument("sources", nargs=-1, required=True, metavar="IMAGE...|FOLDER|VIDEO|BAG")
 @click.option("--camera", "camera_path", metavar="FILE.yaml",
               help="Camera file, or a scene whose camera and sensor are used; default with --update: that of the map.")
 @click.option("--update", "map_path", metavar="SCENE",
@@ -75,6 +91,9 @@ def lamp_number(name: str) -> int:
               help="Frame rate of a folder of frames or of a video without times.")
 @click.option("--row-time", "row_time_s", type=click.FloatRange(0), metavar="S",
               help="Time between the exposures of two rows of a video; default: that of the scene's sensor.")
+@click.option("--code", "code_kind", type=click.Choice([kind.name for kind in occ.codes.CodeKind]),
+              help="Read the ids that lamps transmit in a recording; the code is that of the scene's lamps, if any.")
+@click.option("--topic", help="Image topic of a bag that has several.")
 @click.option("--max-pictures", type=click.IntRange(2), default=60, show_default=True,
               help="Frames of a video that are used.")
 @prior_options
@@ -87,7 +106,8 @@ def command(
     map_sigma_m: float | None, max_move_m: float | None, prior: occ.Prior,
     distance: tuple[tuple[str, str, float, float], ...], radius_m: float | None, radius_sigma: float,
     tag_size_m: float | None, family: str, odometry: str | None, odometry_sigma: float, ordered: bool,
-    fps: float | None, row_time_s: float | None, max_pictures: int, threshold_dn: Threshold, out: str, as_json: bool,
+    fps: float | None, row_time_s: float | None, code_kind: str | None, topic: str | None, max_pictures: int,
+    threshold_dn: Threshold, out: str, as_json: bool,
 ) -> None:
     """\b
     $ libocc simulate irregular_six --position 1.7 2.1 0.5 --out a.png
@@ -101,7 +121,8 @@ def command(
 
     Makes a map of the lamps from pictures that one calibrated camera took from unknown places, in any
     order, or from a video. No map is needed. A picture is used if it shows four whole lamps or more and
-    matches the others in one way only.
+    matches the others in one way only. Lamps of a video that are too small for a measured rim are followed
+    from frame to frame. Ids that lamps transmit (--code) show which is which.
 
     The pictures do not show the scale: give --distance between two lamps, --tag-size of AprilTags that
     at least two pictures show, --radius, or --odometry of a recording. Lamps have the same ids in each
@@ -123,7 +144,7 @@ def command(
         options: dict[str, Any] = {"map_sigma_m": map_sigma_m, "max_move_m": max_move_m}
         run_update(
             ctx, sources, camera_path, map_path, given(prior), {k: v for k, v in options.items() if v is not None},
-            ordered, max_pictures, fps, row_time_s, threshold_dn, out, as_json,
+            ordered, max_pictures, fps, row_time_s, code_kind, topic, threshold_dn, out, as_json,
         )
         return
     if camera_path is None:
@@ -134,11 +155,19 @@ def command(
     if bool(distance) + sum(value is not None for value in (radius_m, tag_size_m, odometry)) > 1:
         raise Failure("--distance, --radius, --tag-size and --odometry: give one of them")
     distances = [(lamp_number(a), lamp_number(b), length_m, sigma_m) for a, b, length_m, sigma_m in distance]
-    camera, sensor = camera_of(camera_path)
-    from ..survey.sources import Detector, read_pictures
+    camera, scene_of_camera = camera_of(camera_path)
+    sensor = None if scene_of_camera is None else scene_of_camera.sensor
+    from ..survey.follow import follow, read_ids
+    from ..survey.sources import Detector, is_recording, read_pictures
 
+    recording = is_recording(sources, fps)
+    code = None if code_kind is None else code_of(code_kind, scene_of_camera, recording)
     detector = Detector(camera, sensor, threshold_dn, family if tag_size_m is not None else None)
-    pictures = read_pictures(sources, detector, ordered, max_pictures, fps)
+    pictures = read_pictures(sources, detector, ordered, max_pictures, fps, topic)
+    if code is not None and sensor is not None:
+        ids = read_ids(sources[0], sensor, code, pictures, fps, topic)
+        pictures.notes += [] if ids else [f"--code {code_kind}: no id could be read"]
+        follow(sources[0], detector, pictures, fps, topic)
     places = [] if odometry is None else places_of(odometry, pictures.times_s)
     options = {
         "odometry_sigma": odometry_sigma,
@@ -147,11 +176,17 @@ def command(
     }
     from ..survey.status import survey_status
 
-    with survey_status() as show, error_context("survey"):
-        found = occ.surveying.survey(
-            pictures.blobs, camera, distances=distances, tags=pictures.tags, times_s=pictures.times_s,
-            odometry_m=places, progress=show, **options,
-        )
+    def surveyed() -> occ.surveying.Survey:
+        with survey_status() as show, error_context("survey"):
+            return occ.surveying.survey(
+                pictures.blobs, camera, distances=distances, tags=pictures.tags, tracks=pictures.tracks,
+                times_s=pictures.times_s, odometry_m=places, progress=show, **options,
+            )
+
+    found = surveyed()
+    if recording and not pictures.tracks and uses_few(found):
+        follow(sources[0], detector, pictures, fps, topic)
+        found = surveyed()
     from ..result_folder import ResultFolder
     from ..survey.output import text_lines, write_survey
 
@@ -160,7 +195,7 @@ def command(
             "kind": "survey", "pictures": list(sources), "camera": camera_path,
             "distances": [list(d) for d in distances], "odometry": odometry, **options,
         })
-        data, scene = write_survey(folder, found, camera, sensor, pictures.ordered, pictures.notes)
+        data, scene = write_survey(folder, found, camera, sensor, code, pictures.ordered, pictures.notes)
     if as_json:
         print_json(data)
     elif scene is not None:
@@ -177,30 +212,44 @@ def command(
 def run_update(
     ctx: click.Context, sources: tuple[str, ...], camera_path: str | None, map_path: str, prior: occ.Prior | None,
     options: dict[str, Any], ordered: bool, max_pictures: int, fps: float | None, row_time_s: float | None,
-    threshold_dn: Threshold, out: str, as_json: bool,
+    code_kind: str | None, topic: str | None, threshold_dn: Threshold, out: str, as_json: bool,
 ) -> None:
     """Compares a map with the pictures, and writes the folder."""
     with error_context(map_path):
         scene = samples.load_scene(map_path)
     if camera_path is not None:
-        camera, sensor = camera_of(camera_path)
-        scene = scene.replace(camera=camera, sensor=scene.sensor if sensor is None else sensor)
+        camera, other = camera_of(camera_path)
+        scene = scene.replace(camera=camera, sensor=scene.sensor if other is None else other.sensor)
     from ..result_folder import ResultFolder
-    from ..survey.sources import Detector, read_pictures
+    from ..survey.follow import follow, read_ids
+    from ..survey.sources import Detector, is_recording, read_pictures
     from ..survey.status import survey_status
     from ..survey.update import failure_lines, text_lines, write_update
 
-    pictures = read_pictures(
-        sources, Detector(scene.camera, scene.sensor, threshold_dn, None), ordered, max_pictures, fps
-    )
+    recording = is_recording(sources, fps)
+    code = None if code_kind is None else code_of(code_kind, scene, recording)
+    detector = Detector(scene.camera, scene.sensor, threshold_dn, None)
+    pictures = read_pictures(sources, detector, ordered, max_pictures, fps, topic)
+    if code is not None:
+        lamp_of_id = {lamp.code.id: lamp.id for lamp in scene.lamps if lamp.code is not None}
+        ids = read_ids(sources[0], scene.sensor, code, pictures, fps, topic, lamp_of_id)
+        pictures.notes += [] if ids else [f"--code {code_kind}: no id of a lamp of the map could be read"]
+        follow(sources[0], detector, pictures, fps, topic)
     options = {
         **options, "ordered": pictures.ordered,
         "row_time_s": scene.sensor.row_time_s if row_time_s is None else row_time_s,
     }
-    with survey_status() as show, error_context(map_path):
-        found = occ.surveying.update_map(
-            pictures.blobs, scene, prior, times_s=pictures.times_s, progress=show, **options
-        )
+
+    def updated() -> occ.surveying.MapUpdate:
+        with survey_status() as show, error_context(map_path):
+            return occ.surveying.update_map(
+                pictures.blobs, scene, prior, tracks=pictures.tracks, times_s=pictures.times_s, progress=show, **options
+            )
+
+    found = updated()
+    if recording and not pictures.tracks and not found.ok:
+        follow(sources[0], detector, pictures, fps, topic)
+        found = updated()
     with error_context(out):
         folder = ResultFolder(out, {
             "kind": "map update", "pictures": list(sources), "map": map_path, "camera": camera_path,

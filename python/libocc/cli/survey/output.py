@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..._core import Camera, Lamp, LampShape, MapUpdate, Scene, Sensor, Survey, SurveyScale, Trajectory
+from ..._core import Camera, Code, Lamp, LampShape, MapUpdate, Scene, Sensor, Survey, SurveyScale, Trajectory
 from ...surveying import assumptions_of, joint_covariance_m2, known_precision, scene_of
 from ..calibration.figures import png_bytes
 from ..calibration.report import table
@@ -42,7 +42,8 @@ def survey_data(found: Survey, scene: Scene) -> dict[str, Any]:
                 "normal": list(map(float, s.lamp.normal)), "radius_m": float(s.lamp.radius_m),
                 "size_m": list(map(float, s.lamp.size_m)), "size_sigma": float(s.lamp.size_sigma),
                 "tilt_sigma_rad": s.lamp.tilt_sigma_rad, "relative_power": s.lamp.power_w if s.has_power else None,
-                "colour": list(map(float, s.lamp.colour)), "pictures": s.pictures, "sigma_m": sigmas_m.get(s.lamp.id),
+                "colour": list(map(float, s.lamp.colour)), "code_id": s.code_id, "frequency_hz": s.lamp.frequency_hz,
+                "pictures": s.pictures, "sigma_m": sigmas_m.get(s.lamp.id),
             }
             for s in found.lamps
         ],
@@ -130,7 +131,8 @@ def plan_png(found: Survey, scene: Scene, ordered: bool) -> bytes:
 
 
 def write_survey(
-    folder: ResultFolder, found: Survey, camera: Camera, sensor: Sensor | None, ordered: bool, notes: list[str]
+    folder: ResultFolder, found: Survey, camera: Camera, sensor: Sensor | None, code: Code | None, ordered: bool,
+    notes: list[str],
 ) -> tuple[dict[str, Any], Scene | None]:
     """Writes all files; returns the data of result.json, and the scene if the survey is ok."""
     if not found.ok:
@@ -143,7 +145,7 @@ def write_survey(
     from ..._core import Datum
     from ..calibration.run import calibrate, write
 
-    scene = scene_of(found, camera, sensor)
+    scene = scene_of(found, camera, sensor, code)
     png = plan_png(found, scene, ordered)
     adjusted, _ = calibrate(found.network_with_all_observations, Datum(), notes=notes + found.warnings)
     data = write(
@@ -165,7 +167,10 @@ def text_lines(found: Survey, scene: Scene, pictures: int) -> list[str]:
     for lamp in scene.lamps:
         place = " ".join(f"{value:.4f}" for value in lamp.centre_m)
         sigma = " ".join(f"{factor * s:.2g}" for s in sigma_of(lamp, scene))
-        lines.append(f"lamp {lamp.id} at {place} {unit}, sigma {sigma} {small}".rstrip() + f", {size_text(lamp)}")
+        transmits = "" if lamp.code is None else f", transmits {lamp.code.id}"
+        lines.append(
+            f"lamp {lamp.id} at {place} {unit}, sigma {sigma} {small}".rstrip() + f", {size_text(lamp)}{transmits}"
+        )
     used = sum(image >= 0 for image in found.image_of_picture)
     scale = {
         SurveyScale.free: "free: give --distance between two lamps, --tag-size or --radius",

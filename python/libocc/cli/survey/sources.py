@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 
 from ..._core import AprilTag, Blob, Camera, Sensor, detect, detect_april_tags, read_image
+from ...streams.bags import is_bag
 from ...streams.folder import ENDINGS
+from ...streams.frames import StreamFrame
 from ...streams.open_source import open_source
 from .. import error_context
 from ..detect_options import Threshold, background_hint, threshold_of
 from ..progress import progress
-
-MAX_PICTURES = 60  # frames of a recording that are used; neighbours that are closer add little
 
 
 @dataclass
@@ -24,7 +24,9 @@ class Pictures:
 
     blobs: list[tuple[str, list[Blob]]] = field(default_factory=list)
     tags: list[list[AprilTag]] = field(default_factory=list)
+    tracks: list[list[int]] = field(default_factory=list)  # of each blob; empty before follow()
     times_s: list[float | None] = field(default_factory=list)
+    frames: list[int] = field(default_factory=list)  # index in the recording
     notes: list[str] = field(default_factory=list)
     ordered: bool = False
 
@@ -78,46 +80,48 @@ def is_recording(names: Sequence[str], fps: float | None) -> bool:
     if len(names) != 1:
         return False
     place = Path(names[0])
+    if is_bag(place):
+        return True
     if place.is_dir():
         return fps is not None or (place / "images").is_dir()
     return place.suffix.lower() not in ENDINGS
 
 
 def frames_of(
-    name: str, max_pictures: int, fps: float | None, notes: list[str]
-) -> Iterator[tuple[str, Any, float | None]]:
-    """Every n-th frame of a recording, so that at most max_pictures are used."""
-    source = open_source(name, fps)
-    step = 1 if source.total is None else -(-source.total // max_pictures)
+    name: str, fps: float | None, topic: str | None, notes: list[str], max_frames: int
+) -> Iterator[StreamFrame]:
+    """Every n-th frame of a recording, so that at most max_frames are used; frames out of order are left out."""
+    source = open_source(name, fps, topic)
+    step = 1 if source.total is None else -(-source.total // max_frames)
     last_s = None
     try:
         for frame in source:
+            label = frame.name or f"frame {frame.index}"
             if frame.problem:
-                notes.append(f"{frame.name or f'frame {frame.index}'}: {frame.problem}; the frame is not used")
+                notes.append(f"{label}: {frame.problem}; the frame is not used")
                 continue
             if last_s is not None and frame.time_s is not None and frame.time_s <= last_s:
-                notes.append(
-                    f"{frame.name or f'frame {frame.index}'}: its time {frame.time_s:g} s is not after {last_s:g} s; "
-                    "the frame is not used"
-                )
+                notes.append(f"{label}: its time {frame.time_s:g} s is not after {last_s:g} s; the frame is not used")
                 continue
             last_s = frame.time_s
             if frame.index % step == 0 and frame.image is not None:
-                yield frame.name or f"frame {frame.index}", frame.image, frame.time_s
+                yield frame
     finally:
         source.close()
 
 
 def read_pictures(
-    names: Sequence[str], detector: Detector, ordered: bool, max_pictures: int, fps: float | None
+    names: Sequence[str], detector: Detector, ordered: bool, max_pictures: int, fps: float | None,
+    topic: str | None = None,
 ) -> Pictures:
     """Reads all pictures and detects their blobs. Raises: Failure naming the source or the picture."""
     recording = is_recording(names, fps)
     found = Pictures(ordered=ordered or recording)
     if recording:
         with error_context(names[0]), progress("detecting lamps", max_pictures) as advance:
-            for name, pixels, time_s in frames_of(names[0], max_pictures, fps, found.notes):
-                detector.add(found, name, pixels, time_s)
+            for frame in frames_of(names[0], fps, topic, found.notes, max_pictures):
+                detector.add(found, frame.name or f"frame {frame.index}", frame.image, frame.time_s)
+                found.frames.append(frame.index)
                 advance()
         return found
     files: list[str] = []

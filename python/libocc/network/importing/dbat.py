@@ -8,6 +8,7 @@ points and intersections. Pixels have the centre of the first pixel at (0, 0). F
 
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -204,7 +205,7 @@ class DbatReader:
         sigmas: list[dict[int, NDArray[np.float64]]],
     ) -> Imported:
         known = {names[name]: position for name, (position, _) in control.items()}
-        poses, points = start_values([camera] * len(images), seen, known)
+        poses, points = start_values([camera] * len(images), cast(Any, seen), cast(Any, known))
         network = Network()
         network.add_camera("camera", camera, free)
         indices: dict[int, int] = {}
