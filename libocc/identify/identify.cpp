@@ -187,8 +187,12 @@ Result<Identification> solve_by_centres(const AssignmentProblem& problem) {
 Result<Identification> internal::identify::solve_assignment(const AssignmentProblem& problem) {
   Result<Identification> result = solve_by_centres(problem);
   if (!result->hypotheses.empty()) return result;
-  const std::vector<PoseHypothesis> found = one_lamp_hypotheses(problem, result.value.cut_short);
-  if (found.empty()) return result;
+  OneLampPoses one = one_lamp_poses(problem, result.value.cut_short);
+  const std::vector<PoseHypothesis>& found = one.hypotheses;
+  if (found.empty()) {
+    result.value.circles = std::move(one.circles);
+    return result;
+  }
   result.status = Status::ok;
   result.message = "the pose follows from the outline of one lamp";
   for (const PoseHypothesis& e : found)

@@ -32,6 +32,7 @@
 #include "libocc/core/status.hpp"
 #include "libocc/geometry/rigid.hpp"
 #include "libocc/identify/lamp_index.hpp"
+#include "libocc/identify/pose_circle.hpp"
 #include "libocc/identify/symmetry.hpp"
 #include "libocc/pose/match.hpp"
 #include "libocc/scene/object.hpp"
@@ -113,6 +114,9 @@ struct Identification {
   /// The symmetries of the map were searched for such poses. They are not if fewer than four lamps
   /// match or if all of these are collinear.
   bool excluded_listed = false;
+  /// Without hypotheses, in an image of one or two blobs: poses that one disc allows. Discs of the
+  /// map that the prior permits are all listed.
+  std::vector<PoseCircle> circles;
 };
 
 /// Assigns blobs to the lamps of a valid scene.

@@ -6,6 +6,7 @@
 
 #include "libocc/core/internal/dense.hpp"
 #include "libocc/geometry/so3.hpp"
+#include "libocc/identify/internal/circle_of_disc.hpp"
 #include "libocc/identify/internal/prior_gate.hpp"
 #include "libocc/identify/internal/search_by_corners.hpp"
 #include "libocc/identify/internal/search_by_outline.hpp"
@@ -25,9 +26,37 @@ FittedPose to_local(const LampPose& lamp, const Eigen::Vector3d& centre) {
   return estimate;
 }
 
-std::vector<PoseHypothesis> one_lamp_hypotheses(const AssignmentProblem& problem, bool& cut_short) {
-  std::vector<PoseHypothesis> found;
-  if (!problem.scene || !problem.camera->is_central()) return found;
+namespace {
+
+void add_circles(const AssignmentProblem& problem, const Pair& pair,
+                 const std::vector<LampPose>& poses, std::vector<PoseCircle>& circles) {
+  const Lamp& disc = problem.scene->lamps[static_cast<std::size_t>(pair.map_point)];
+  for (const LampPose& pose : poses) {
+    const int blob = problem.observation(pair.observation).blob;
+    Rigid3 start = pose.pose;  // from the world's origin
+    start.translation -= pose.pose.rotation * disc.centre_m;
+    PoseCircle circle = circle_of_disc(
+        start, disc, (*problem.blobs)[static_cast<std::size_t>(blob)], *problem.camera);
+    circle.lamp = pair.map_point;
+    circle.blob = blob;
+    if (!(circle.height_m > 0) || !circle.information.allFinite()) continue;
+    LampPose exact;
+    exact.pose = {circle.cam_from_world.rotation, circle.cam_from_world * disc.centre_m};
+    Matrix6 move = Matrix6::Identity();  // as in to_local()
+    move.bottomLeftCorner<3, 3>() = skew(exact.pose.translation);
+    exact.information = move.transpose() * circle.information * move;
+    if (prior_permits_a_turn(problem, problem.map_point(pair.map_point), exact))
+      circles.push_back(circle);
+  }
+}
+
+}  // namespace
+
+OneLampPoses one_lamp_poses(const AssignmentProblem& problem, bool& cut_short) {
+  constexpr std::size_t max_blobs_for_circles = 2;  // one disc among many blobs proves nothing
+  OneLampPoses result;
+  std::vector<PoseHypothesis>& found = result.hypotheses;
+  if (!problem.scene || !problem.camera->is_central()) return result;
   for (int s = 0; s < static_cast<int>(problem.observations.size()); ++s) {
     if (problem.out_of_time()) {
       cut_short = true;
@@ -42,7 +71,11 @@ std::vector<PoseHypothesis> one_lamp_hypotheses(const AssignmentProblem& problem
       const bool by_corners = lamp.shape == LampShape::rectangle && observation.of_centre;
       std::vector<LampPose> poses =
           by_corners ? corner_poses(problem, blob, lamp) : by_outline.poses(lamp);
-      if (lamp.shape == LampShape::disc) poses = turned_poses(problem, {s, t}, poses);
+      if (lamp.shape == LampShape::disc) {
+        if (problem.observations.size() <= max_blobs_for_circles)
+          add_circles(problem, {s, t}, poses, result.circles);
+        poses = turned_poses(problem, {s, t}, poses);
+      }
       for (const LampPose& pose : poses) {
         PoseHypothesis e;
         e.estimate = to_local(pose, map_point.centre);
@@ -73,7 +106,8 @@ std::vector<PoseHypothesis> one_lamp_hypotheses(const AssignmentProblem& problem
   std::stable_sort(
       found.begin(), found.end(),
       [&](const PoseHypothesis& a, const PoseHypothesis& b) { return rounded(a) < rounded(b); });
-  return found;
+  if (!found.empty()) result.circles.clear();
+  return result;
 }
 
 }  // namespace occ::internal::identify

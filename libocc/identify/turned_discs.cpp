@@ -24,17 +24,25 @@ LampPose turned(const LampPose& pose, const Eigen::Vector3d& normal, double angl
   return out;
 }
 
-void add_turns_of_prior(const AssignmentProblem& problem, const MapPoint& disc,
-                        const LampPose& pose, std::vector<LampPose>& found) {
-  constexpr int steps = 36;
+constexpr int steps = 36;  // of a turn
+
+/// Chi-square of the prior after each step of the turn.
+std::array<double, steps> prior_over_turn(const AssignmentProblem& problem, const MapPoint& disc,
+                                          const LampPose& pose) {
   constexpr double step_sigma_rad = 0.1;  // so that a step does not miss the minimum
-  constexpr double open_chi2 = 9, max_open = 1.0 / 3;
-  if (!problem.options->prior || problem.options->prior->empty()) return;
   std::array<double, steps> chi2;
   for (int i = 0; i < steps; ++i)
     chi2[static_cast<std::size_t>(i)] = prior_chi2(
         problem,
         to_local(turned(pose, disc.normal, 2 * pi * i / steps, step_sigma_rad), disc.centre));
+  return chi2;
+}
+
+void add_turns_of_prior(const AssignmentProblem& problem, const MapPoint& disc,
+                        const LampPose& pose, std::vector<LampPose>& found) {
+  constexpr double open_chi2 = 9, max_open = 1.0 / 3;
+  if (!problem.options->prior || problem.options->prior->empty()) return;
+  const std::array<double, steps> chi2 = prior_over_turn(problem, disc, pose);
   const double least = *std::min_element(chi2.begin(), chi2.end());
   const auto open = std::count_if(chi2.begin(), chi2.end(),
                                   [&](double value) { return value < least + open_chi2; });
@@ -71,6 +79,12 @@ void add_turn_of_pair(const AssignmentProblem& problem, const MapPoint& disc, co
 }
 
 }  // namespace
+
+bool prior_permits_a_turn(const AssignmentProblem& problem, const MapPoint& disc,
+                          const LampPose& pose) {
+  const std::array<double, steps> chi2 = prior_over_turn(problem, disc, pose);
+  return *std::min_element(chi2.begin(), chi2.end()) <= max_prior_chi2;
+}
 
 std::vector<LampPose> turned_poses(const AssignmentProblem& problem, const Pair& pair,
                                    const std::vector<LampPose>& poses) {

@@ -14,6 +14,7 @@
 #include "libocc/core/status.hpp"
 #include "libocc/geometry/rigid.hpp"
 #include "libocc/geometry/unknown_covariance.hpp"
+#include "libocc/identify/pose_circle.hpp"
 #include "libocc/refine/rung_choice.hpp"
 #include "libocc/refine/separation.hpp"
 
@@ -72,6 +73,9 @@ struct Fix {
   /// locate(): ids of lamps that contradict the others. `lamps` contains them, the pose does not
   /// depend on them.
   std::vector<int> excluded_lamps;
+  /// locate(): without candidates, in an image of one or two blobs: circles of poses that one disc
+  /// allows. A prior that knows the turn selects a pose, which is then a candidate.
+  std::vector<PoseCircle> circles;
   SeparationModel separation;  ///< locate(): for protection_level_m()
 
   /// Bound of the position's error that is exceeded, without detection, with at most this

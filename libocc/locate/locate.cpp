@@ -266,6 +266,17 @@ void add_doubt(double doubt, Refinement& refinement) {
   for (RankedPose& pose : refinement.poses) pose.probability *= 1 - doubt;
 }
 
+/// Sentence about the poses that one disc allows.
+std::string text_of_circle(const PoseCircle& circle, const Scene& scene) {
+  std::ostringstream text;
+  text.precision(3);
+  text << "the outline of one disc allows circles of poses: if it is lamp "
+       << scene.lamps[static_cast<std::size_t>(circle.lamp)].id << ", the camera is "
+       << circle.radius_m << " m from its axis and " << circle.height_m
+       << " m in front of it; a prior of the heading selects one";
+  return text.str();
+}
+
 Result<Fix> locate_blobs(const std::vector<Blob>& blobs, const Scene& scene,
                          const LocateOptions& given, const ImageView* image, const Clock& clock) {
   Result<Fix> result;
@@ -295,6 +306,8 @@ Result<Fix> locate_blobs(const std::vector<Blob>& blobs, const Scene& scene,
   if (identified->hypotheses.empty()) {
     result.status = identified.status;
     result.message = identified.message;
+    fix.circles = identified->circles;
+    if (!fix.circles.empty()) add_message(text_of_circle(fix.circles.front(), scene), result);
     return result;
   }
 

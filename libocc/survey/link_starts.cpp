@@ -37,7 +37,7 @@ Vector3d plane_normal(const std::vector<MapLamp>& lamps, const Vector3d& viewer)
 struct AdjustedStart {
   const PointStarts* start = nullptr;
   double misfit = 0;              ///< chi-square, with a penalty for each observation without use
-  double variance = 1;            ///< of unit weight, at least 1
+  double variance = 1;            ///< a posteriori variance factor, at least 1
   std::map<int, Vector3d> lamps;  ///< positions by link
 };
 

@@ -53,6 +53,7 @@ from ._core import (
     Match,
     Odometry,
     PoseCandidates,
+    PoseCircle,
     PoseEstimate,
     Prior,
     ProtectionLevel,
@@ -119,12 +120,12 @@ if TYPE_CHECKING:
 __all__ = [
     "Blob", "Box", "Camera", "CameraFormat", "CameraKind", "Candidate", "Effects", "Explanation", "Fix", "FluxModel",
     "FluxUse", "Hypothesis", "Identification", "IdentifyMethod", "ImuSample", "Lamp", "LampIndex", "LampResidual",
-    "LampShape", "LampTruth", "Lens", "Match", "Odometry", "PoseCandidates", "PoseEstimate", "PowerMap", "Prior",
-    "ProtectionLevel", "Readout", "Refined", "Renderer", "Response", "RobustPose", "Room", "Rung", "Scene", "Sensor",
-    "Solver", "Status", "Symmetry", "SymmetryKind", "Tag", "Timing", "TrackedFrame", "Tracker", "TrackerState",
-    "Trajectory", "Truth", "__version__", "detect", "encode_image", "explain", "identify", "locate", "look_at", "p3p",
-    "pose_candidates", "power_map", "read_camera", "read_image", "read_photometry", "received_power", "refine",
-    "robust_pose", "simulate", "solve_pose", "solvers", "write_camera", "write_image",
+    "LampShape", "LampTruth", "Lens", "Match", "Odometry", "PoseCandidates", "PoseCircle", "PoseEstimate", "PowerMap",
+    "Prior", "ProtectionLevel", "Readout", "Refined", "Renderer", "Response", "RobustPose", "Room", "Rung", "Scene",
+    "Sensor", "Solver", "Status", "Symmetry", "SymmetryKind", "Tag", "Timing", "TrackedFrame", "Tracker",
+    "TrackerState", "Trajectory", "Truth", "__version__", "detect", "encode_image", "explain", "identify", "locate",
+    "look_at", "p3p", "pose_candidates", "power_map", "read_camera", "read_image", "read_photometry",
+    "received_power", "refine", "robust_pose", "simulate", "solve_pose", "solvers", "write_camera", "write_image",
 ]
 
 _SUBMODULES = (*_moved.NEW_HOMES, "maps", "streams", "surveying")

@@ -10,6 +10,29 @@
 namespace occ::python {
 namespace {
 
+void define_pose_circle(py::module_& m) {
+  using C = PoseCircle;
+  ResultClass<C>(m, "PoseCircle",
+                 "Poses that the outline of one disc allows: the camera is on a circle about the "
+                 "disc's axis, turned with it.")
+      .def_readonly("lamp", &C::lamp, "Index of the disc in Scene.lamps.")
+      .def_readonly("blob", &C::blob, "Index of its image in the blobs.")
+      .def_readonly("cam_from_world", &C::cam_from_world,
+                    "Pose at the angle 0, which is arbitrary, 4x4.")
+      .def_readonly("information", &C::information,
+                    "Inverse covariance (6, 6) of the left perturbation of cam_from_world; zero "
+                    "for the turn about the axis. A filter may use it as an observation.")
+      .def_readonly("centre_m", &C::centre_m, "(3,) centre of the circle, in the world.")
+      .def_readonly("axis", &C::axis, "(3,) normal of the disc, in the world.")
+      .def_readonly("radius_m", &C::radius_m, "Distance of the camera from the axis.")
+      .def_readonly("height_m", &C::height_m,
+                    "Distance of the camera from the disc, along the axis.")
+      .def_readonly("radius_sigma_m", &C::radius_sigma_m, "Standard deviation of radius_m.")
+      .def_readonly("height_sigma_m", &C::height_sigma_m, "Standard deviation of height_m.")
+      .def("at", &C::at, py::arg("angle_rad"),
+           "cam_from_world (4x4) after the camera has moved along the circle by an angle.");
+}
+
 void define_symmetry(py::module_& m) {
   py::native_enum<SymmetryKind>(m, "SymmetryKind", "enum.Enum",
                                 "Motion that relates two hypotheses of an image.")
@@ -60,6 +83,7 @@ void define_matches(py::module_& m) {
   });
 
   define_symmetry(m);
+  define_pose_circle(m);
   ResultClass<Hypothesis>(m, "Hypothesis", "A pose with the assignment of blobs to lamps.")
       .def_readonly("cam_from_world", &Hypothesis::cam_from_world, "Coarse pose, 4x4.")
       .def_readonly("matches", &Hypothesis::matches, "Matches, sorted by lamp.")
@@ -101,6 +125,9 @@ void define_matches(py::module_& m) {
       .def_property_readonly(
           "untried", [](const Identified& r) { return r.value.untried; },
           "Share of the groups of blobs that a search that was cut short left out.")
+      .def_property_readonly(
+          "circles", [](const Identified& r) { return r.value.circles; },
+          "PoseCircles that one disc allows, without hypotheses in an image of one or two blobs.")
       .def_property_readonly(
           "excluded", [](const Identified& r) { return r.value.excluded; },
           "List of Hypothesis that only the prior excludes, at a place that looks alike or with\n"

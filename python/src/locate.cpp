@@ -223,6 +223,9 @@ Without candidates, the pose is undefined and its covariance infinite.)");
                              "locate(): \"camera\" and \"map\" if the scene states no error of "
                              "them. Where such a part is not exact, the pose can be off by many "
                              "of its sigmas.")
+      .def_property_readonly("circles", value_of(&Fix::circles),
+                             "locate(): without candidates, in an image of one or two blobs: "
+                             "PoseCircles that one disc allows.")
       .def_property_readonly("excluded_lamps", value_of(&Fix::excluded_lamps),
                              "locate(): ids of lamps that contradict the others; the pose does "
                              "not depend on them.")

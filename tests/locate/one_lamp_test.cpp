@@ -214,4 +214,66 @@ TEST(OneLamp, ADiscDoesNotDetermineThePose) {
   EXPECT_EQ(locate(simulate(scene, pose).image.view(), scene).status, Status::too_few_lamps);
 }
 
+// All poses of the circle show the same disc, and the true pose is among them.
+TEST(OneLamp, ADiscAllowsACircleOfPoses) {
+  Scene scene;
+  scene.camera = Camera::pinhole(640, 480, 420, 420, 319.5, 239.5);
+  scene.sensor.exposure_s = 5e-5;
+  Lamp lamp;
+  lamp.id = 4;
+  lamp.centre_m = {0.3, -0.2, 3};
+  lamp.radius_m = 0.25;
+  lamp.power_w = 6;
+  lamp.validate();
+  scene.lamps = {lamp};
+  double chi2 = 0;
+  int views = 0;
+  for (std::uint64_t seed = 0; seed < 40; ++seed) {
+    Random random(31, seed);
+    const Eigen::Vector3d place(random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(0, 1));
+    const double turn = random.uniform(0, 2 * pi);
+    const Rigid3 pose = look_at(place, lamp.centre_m, {std::cos(turn), std::sin(turn), 0});
+    SimulateOptions options;
+    options.seed = seed;
+    const auto fix = locate(simulate(scene, pose, options).image.view(), scene);
+    EXPECT_EQ(fix.status, Status::too_few_lamps);
+    ASSERT_GE(fix->circles.size(), 1u) << fix.message;
+    EXPECT_LE(fix->circles.size(), 2u);
+    EXPECT_NE(fix.message.find("if it is lamp 4"), std::string::npos) << fix.message;
+    double best = infinity;
+    for (const PoseCircle& circle : fix->circles) {
+      const double height = lamp.centre_m.z() - place.z();
+      const double radius = (place - lamp.centre_m).head<2>().norm();
+      EXPECT_LT((circle.at(0).origin_in_source() - circle.cam_from_world.origin_in_source()).norm(),
+                1e-12);
+      for (const double angle : {0.5, 2.0, 4.0}) {
+        const Eigen::Vector3d at = circle.at(angle).origin_in_source();
+        EXPECT_NEAR((at - circle.centre_m).norm(), circle.radius_m, 1e-9);
+        EXPECT_NEAR((at - circle.centre_m).dot(circle.axis), 0, 1e-9);
+        EXPECT_LT((circle.at(angle) * lamp.centre_m - circle.at(0) * lamp.centre_m).norm(), 1e-9);
+      }
+      // The turn that brings the camera nearest to the truth, and the error there.
+      const Eigen::Vector3d from = circle.at(0).origin_in_source() - circle.centre_m;
+      const Eigen::Vector3d to = place - circle.centre_m;
+      const double angle = std::atan2(circle.axis.dot(from.cross(to)),
+                                      from.dot(to) - from.dot(circle.axis) * to.dot(circle.axis));
+      const Vector6 error = difference(pose, circle.at(angle));
+      best = std::min(best, error.dot(circle.information * error));
+      if (std::abs(circle.radius_m - radius) < 5 * circle.radius_sigma_m) {
+        EXPECT_LT(std::abs(circle.height_m - height), 5 * circle.height_sigma_m);
+      }
+    }
+    chi2 += best;
+    ++views;
+  }
+  EXPECT_GT(chi2 / views / 5, 0.5);
+  EXPECT_LT(chi2 / views / 5, 1.6);
+  // A prior of the height that contradicts it leaves none; one that knows the turn selects a pose.
+  const Rigid3 pose = look_at({0.9, 0.2, 0.5}, lamp.centre_m, Eigen::Vector3d::UnitY());
+  const Image image = simulate(scene, pose).image;
+  LocateOptions wrong;
+  wrong.prior.emplace().height_m = 2;
+  EXPECT_TRUE(locate(image.view(), scene, wrong)->circles.empty());
+}
+
 }  // namespace

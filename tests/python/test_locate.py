@@ -245,3 +245,25 @@ def test_an_error_of_the_whole_map_does_not_average_away():
     covariance_m2 = tracker.predict(1.95).covariance[3:, 3:]
     upwards = pose[:3, 2]  # the world's z axis in the frame of the camera
     assert (upwards @ covariance_m2 @ upwards) ** 0.5 == pytest.approx(height_sigma_m, rel=0.01)
+
+
+def test_one_disc_has_a_circle_of_poses() -> None:
+    lamp = occ.Lamp(id=3, centre_m=(1.0, 2.0, 3.0), radius_m=0.25, power_w=6)
+    camera = occ.Camera.pinhole(width=640, height=480, fx_px=420, fy_px=420, cx_px=319.5, cy_px=239.5)
+    scene = occ.Scene(camera=camera, lamps=[lamp])
+    place = np.array([1.6, 2.3, 0.4])
+    pose = occ.look_at(place, lamp.centre_m, up=[0, 1, 0])
+    image, _ = occ.simulate(scene, pose, seed=1)
+    fix = occ.locate(image, scene)
+    assert fix.status == occ.Status.too_few_lamps and not fix.candidates
+    assert "0.669 m from its axis" in fix.message and "if it is lamp 3" in fix.message
+    circle = fix.circles[0]
+    off_m = np.linalg.norm(place[:2] - lamp.centre_m[:2])
+    assert abs(circle.radius_m - off_m) < 4 * circle.radius_sigma_m
+    assert abs(circle.height_m - 2.6) < 4 * circle.height_sigma_m
+    places = [-pose[:3, :3].T @ pose[:3, 3] for pose in map(np.asarray, map(circle.at, np.linspace(0, 6.2, 100)))]
+    assert min(np.linalg.norm(at - place) for at in places) < 0.05
+    assert np.linalg.matrix_rank(circle.information, tol=1e-6 * np.abs(circle.information).max()) == 5
+    heading = occ.Prior(heading_rad=occ.guide.heading_rad(pose), heading_sigma_rad=0.05)
+    selected = occ.locate(image, scene, heading)
+    assert selected.candidates and not selected.circles

@@ -119,7 +119,7 @@ TEST(SurveyLinks, IdsDecideInAGrid) {
 }
 
 TEST(SurveyLinks, PredictTheirErrors) {
-  // Of distances between lamps, from noise alone: NEES over the surveys of several noises.
+  // Distances between lamps, from noise alone: NEES over the surveys of several noises.
   const Scene scene = uneven_room();
   double nees = 0;
   int count = 0;
@@ -231,7 +231,7 @@ Scene random_room(Random& random, int count, bool flat) {
 }
 
 /// Lamp of the scene that most blobs of each lamp of the survey show.
-std::vector<int> most_frequent(const Survey& survey, const std::vector<MadePicture>& made) {
+std::vector<int> truth_by_majority(const Survey& survey, const std::vector<MadePicture>& made) {
   std::vector<std::map<int, int>> counts(survey.lamps.size());
   for (std::size_t i = 0; i < made.size(); ++i)
     for (std::size_t b = 0; b < made[i].lamps.size(); ++b)
@@ -305,7 +305,7 @@ TEST(SlowSurveyLinks, NeverAWrongMap) {
     ambiguous += found.status == Status::ambiguous ? 1 : 0;
     if (!found.ok()) continue;
     ++ok;
-    const std::vector<int> truth = most_frequent(*found, made);
+    const std::vector<int> truth = truth_by_majority(*found, made);
     int dof = 0;
     const double chi2 = shape_chi2(*found, scene, truth, dof);
     if (chi2 < dof + 8 * std::sqrt(2.0 * dof)) {

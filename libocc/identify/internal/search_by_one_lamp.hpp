@@ -20,12 +20,18 @@ struct LampPose {
 /// The pose in the local frame of a lamp whose centre is there.
 FittedPose to_local(const LampPose& lamp, const Eigen::Vector3d& centre);
 
+/// Result of one_lamp_poses().
+struct OneLampPoses {
+  std::vector<PoseHypothesis> hypotheses;
+  std::vector<PoseCircle> circles;  ///< see Identification
+};
+
 /// All poses that the outline of one blob and one lamp allow, with the other blobs that match
 /// there; those with the most pairs, by chi2 of the outlines. Mirror poses and turns that map a
 /// lamp to itself are listed. A disc allows a circle of poses, of which a prior or the direction of
 /// a second lamp selects one. Empty without outlines that determine a pose, and for cameras that
 /// are not central.
 /// `cut_short` becomes true if the search stopped at the deadline.
-std::vector<PoseHypothesis> one_lamp_hypotheses(const AssignmentProblem& problem, bool& cut_short);
+OneLampPoses one_lamp_poses(const AssignmentProblem& problem, bool& cut_short);
 
 }  // namespace occ::internal::identify

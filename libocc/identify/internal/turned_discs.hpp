@@ -15,4 +15,8 @@ namespace occ::internal::identify {
 std::vector<LampPose> turned_poses(const AssignmentProblem& problem, const Pair& pair,
                                    const std::vector<LampPose>& poses);
 
+/// True if the prior permits the disc's pose after some turn.
+bool prior_permits_a_turn(const AssignmentProblem& problem, const MapPoint& disc,
+                          const LampPose& pose);
+
 }  // namespace occ::internal::identify

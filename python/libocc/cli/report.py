@@ -14,6 +14,7 @@ from .._core import (
     Fix,
     Hypothesis,
     Identification,
+    PoseCircle,
     ProtectionLevel,
     RungChoice,
     Scene,
@@ -129,6 +130,16 @@ def protection_dict(level: ProtectionLevel) -> dict[str, Any]:
     }
 
 
+def circle_dict(circle: PoseCircle) -> dict[str, Any]:
+    """Poses that one disc allows, as plain data."""
+    return {
+        "lamp": circle.lamp, "blob": circle.blob, "centre_m": circle.centre_m.tolist(), "axis": circle.axis.tolist(),
+        "radius_m": circle.radius_m, "radius_sigma_m": circle.radius_sigma_m, "height_m": circle.height_m,
+        "height_sigma_m": circle.height_sigma_m, "cam_from_world": circle.cam_from_world.tolist(),
+        "information": circle.information.tolist(),
+    }
+
+
 def fix_dict(fix: Fix, protection_risk: float = 1e-7) -> dict[str, Any]:
     """Fix as plain data. protection_risk: risk of the protection level."""
     timing = fix.timing_s
@@ -146,6 +157,7 @@ def fix_dict(fix: Fix, protection_risk: float = 1e-7) -> dict[str, Any]:
         "excluded_lamps": fix.excluded_lamps,
         "protection_level_m": protection_dict(fix.protection_level_m(protection_risk)),
         "candidates": [_candidate_dict(candidate) for candidate in fix.candidates],
+        "circles": [circle_dict(circle) for circle in fix.circles],
         "choice": choice_dict(fix.choice),
         "timing_s": {
             "detect": timing.detect_s,

@@ -167,7 +167,7 @@ def command(
     if code is not None and sensor is not None:
         ids = read_ids(sources[0], sensor, code, pictures, fps, topic)
         pictures.notes += [] if ids else [f"--code {code_kind}: no id could be read"]
-        follow(sources[0], detector, pictures, fps, topic)
+        follow(sources[0], detector, pictures, fps, topic, coded=True)
     places = [] if odometry is None else places_of(odometry, pictures.times_s)
     options = {
         "odometry_sigma": odometry_sigma,
@@ -234,7 +234,7 @@ def run_update(
         lamp_of_id = {lamp.code.id: lamp.id for lamp in scene.lamps if lamp.code is not None}
         ids = read_ids(sources[0], scene.sensor, code, pictures, fps, topic, lamp_of_id)
         pictures.notes += [] if ids else [f"--code {code_kind}: no id of a lamp of the map could be read"]
-        follow(sources[0], detector, pictures, fps, topic)
+        follow(sources[0], detector, pictures, fps, topic, coded=True)
     options = {
         **options, "ordered": pictures.ordered,
         "row_time_s": scene.sensor.row_time_s if row_time_s is None else row_time_s,

@@ -20,7 +20,10 @@ DECODED_FRAMES = 100  # decoded together: an id of 8 bits takes 34 frames at the
 JOIN_FRAMES = (15, 5, 1)  # of a camera that is held still, that moves slowly, and that moves fast
 NOMINAL_S = 1 / 30  # between frames without times
 # Motion of lamps in the image of a camera that is carried by hand.
-SPEED_PX_S, ACCELERATION_PX_S2 = 400.0, 1000.0
+SPEED_PX_S, ACCELERATION_PX_S2 = 400.0, 500.0
+# A track that waits for its lamp takes up others, such as those after a cut. Lamps that transmit are dark in some
+# frames.
+LIT_GAP_S, CODED_GAP_S = 0.1, 0.25
 
 
 @dataclass(frozen=True)
@@ -40,8 +43,10 @@ def all_frames(name: str, fps: float | None, topic: str | None) -> Iterator[Time
             yield TimedFrame(frame.index, time_s, frame.image)
 
 
-def follow(name: str, detector: Detector, found: Pictures, fps: float | None, topic: str | None) -> None:
-    """Sets the tracks of the blobs of all pictures. Raises: Failure naming the source."""
+def follow(
+    name: str, detector: Detector, found: Pictures, fps: float | None, topic: str | None, coded: bool = False
+) -> None:
+    """Sets the tracks of the blobs of all pictures. coded: lamps may be dark. Raises: Failure naming the source."""
     picture_of = {index: number for number, index in enumerate(found.frames)}
     options: dict[str, Any] = {} if detector.sensor is None else {"sensor": detector.sensor}
     rows: list[tuple[float, list[Blob]]] = []
@@ -56,7 +61,10 @@ def follow(name: str, detector: Detector, found: Pictures, fps: float | None, to
                 threshold = threshold_of(frame.image, detector.threshold_dn)
                 rows.append((frame.time_s, list(detect(frame.image, threshold_dn=threshold, **options))))
             advance()
-    tracks = track_blobs(rows, speed_sigma_px_s=SPEED_PX_S, acceleration_px_s2=ACCELERATION_PX_S2)
+    tracks = track_blobs(
+        rows, speed_sigma_px_s=SPEED_PX_S, acceleration_px_s2=ACCELERATION_PX_S2,
+        max_gap_s=CODED_GAP_S if coded else LIT_GAP_S,
+    )
     found.tracks = [[-1] * len(blobs) for _, blobs in found.blobs]
     for number, of_frame in zip(numbers, tracks):
         if number is not None:
