@@ -155,3 +155,20 @@ def test_surveys_refuse_tracks_of_another_count():
         occ.surveying.survey([("a", blobs)], CAMERA, tracks=[[], []])
     with pytest.raises(ValueError, match="one for each blob"):
         occ.surveying.survey([("a", blobs)], CAMERA, tracks=[[1]])
+
+
+def test_a_cut_to_another_room_gives_no_mixture(libocc, tmp_path):
+    one = room(0.006)
+    other_m = [(y, 3.3 - x, z) for x, y, z in PLACES_M[:4]] + [(2.2, 0.9, 2.5), (1.1, 1.2, 2.6), (2.9, 2.7, 2.6)]
+    other = occ.Scene(camera=CAMERA, lamps=[
+        occ.Lamp(id=k, centre_m=at, radius_m=0.006, power_w=0.5) for k, at in enumerate(other_m)
+    ])
+    one.save(tmp_path / "room.yaml")
+    recorded(one, 90, tmp_path / "walk", speed=2.0)
+    for number, path in enumerate(sorted(recorded(other, 30, tmp_path / "later", speed=2.0).iterdir())):
+        path.rename(tmp_path / "walk" / f"{1000 + number}.png")
+    code, text, errors = libocc("survey", "walk", "--fps", 30, "--camera", "room.yaml", "--out", "out")
+    assert code == 0, errors
+    off_m, _ = errors_m(one, occ.Scene.load(tmp_path / "out" / "scene.yaml"))
+    assert off_m.max() < 0.01, text
+    assert "not used: 10" in text
