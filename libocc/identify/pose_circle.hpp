@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Poses that the outline of one disc allows: a disc looks the same after a turn about its normal,
-// so the camera may be anywhere on a circle about the disc's axis, turned with it.
+// so the camera may be anywhere on a circle about the disc's axis, turned with it. The sigmas
+// contain the errors of the rim and of the lamp's size; its place and the camera's calibration are
+// taken as exact.
 #pragma once
 
 #include <Eigen/Core>

@@ -92,7 +92,6 @@ class SurveyRun {
       if (by_links_ == LinkStart::started) growing_.release_rejected(*adjusted);
       int changes = growing_.reassign();
       if (by_links_ == LinkStart::started) changes += growing_.join_by_links();
-
       if (growing_.join_pictures() + changes == 0) break;
     }
     if (by_links_ == LinkStart::started) {
