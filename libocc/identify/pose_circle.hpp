@@ -21,7 +21,7 @@ struct LIBOCC_API PoseCircle {
   /// Inverse covariance of the left perturbation of cam_from_world (geometry/rigid.hpp); zero for
   /// the turn about the axis. A filter may use it as an observation.
   Matrix6 information = Matrix6::Zero();
-  Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();  ///< of the circle, in the world
+  Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();  ///< middle of the circle, in the world
   Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();     ///< normal of the disc, in the world
   double radius_m = 0;                                 ///< distance of the camera from the axis
   double height_m = 0;        ///< distance of the camera from the disc, along the axis
