@@ -164,9 +164,10 @@ std::optional<BlobTriple> TripleOrder::next(int max_outliers) {
   }
   std::uint64_t outlier_sets = 0;
   int budget = 2000;
-  if (!hits_all(tried_, max_outliers, budget, outlier_sets)) {
+  if (max_outliers != undecided_ && !hits_all(tried_, max_outliers, budget, outlier_sets)) {
     if (budget >= 0) return std::nullopt;
     outlier_sets = 0;  // undecided within the budget: continue in order
+    undecided_ = max_outliers;
   }
   const auto untried = [&](std::uint64_t without) {
     return std::find_if(triples_.begin(), triples_.end(),

@@ -52,6 +52,9 @@ class LIBOCC_API TripleOrder {
   int blobs_ = 0;
   std::vector<BlobTriple> triples_;  // most useful first
   std::vector<std::uint64_t> tried_;
+  // Number of outliers for which the budget did not suffice to decide; it does not suffice for more
+  // groups either, because the search takes the same branches.
+  int undecided_ = -1;
 };
 
 }  // namespace occ::internal::identify
