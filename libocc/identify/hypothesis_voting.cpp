@@ -20,16 +20,6 @@ void put(const Eigen::Vector3d& from, float* to) {
   for (int i = 0; i < 3; ++i) to[i] = static_cast<float>(from[i]);
 }
 
-double max_variance(const Eigen::Matrix2d& m) {
-  const double mean = 0.5 * m.trace(), half = 0.5 * (m(0, 0) - m(1, 1));
-  return mean + std::hypot(half, m(0, 1));
-}
-
-double variance(const AssignmentProblem& problem, int observation) {
-  const BearingObservation& s = problem.observation(observation);
-  return max_variance(s.covariance) + s.parallax_rad * s.parallax_rad;
-}
-
 std::size_t padded(std::size_t count) { return (count + max_lanes - 1) / max_lanes * max_lanes; }
 
 // Returns the blobs outside the assignment. extra(bearing) is the variance of the predicted
@@ -44,7 +34,8 @@ std::vector<RemainingBlob> remaining_blobs(const AssignmentProblem& problem,
     if (std::find(assigned.begin(), assigned.end(), s) != assigned.end()) continue;
     RemainingBlob blob;
     put(problem.observation(s).bearing, blob.bearing);
-    blob.sigma2 = static_cast<float>(variance(problem, s) + extra(problem.observation(s).bearing));
+    blob.sigma2 =
+        static_cast<float>(direction_variance(problem, s) + extra(problem.observation(s).bearing));
     remaining.push_back(blob);
     observations.push_back(s);
   }
@@ -59,8 +50,8 @@ TripleInput triple_input(const AssignmentProblem& problem, const std::array<int,
                                   .squaredNorm());
   };
   const auto noise2 = [&](std::size_t i, std::size_t j) {
-    return static_cast<float>(variance(problem, observations[i]) +
-                              variance(problem, observations[j]));
+    return static_cast<float>(direction_variance(problem, observations[i]) +
+                              direction_variance(problem, observations[j]));
   };
   for (std::size_t i = 0; i < 3; ++i)
     put(problem.observation(observations[i]).bearing, blobs.bearing[i]);
@@ -70,26 +61,6 @@ TripleInput triple_input(const AssignmentProblem& problem, const std::array<int,
   blobs.noise2[2] = noise2(1, 2);
   return blobs;
 }
-
-/// Variance of the common rotation of three measured bearings, evaluated at a fourth bearing.
-class CommonRotation {
- public:
-  CommonRotation(const AssignmentProblem& problem, const std::array<int, 3>& observations) {
-    for (const int s : observations) {
-      middle_ += problem.observation(s).bearing / 3;
-      mean2_ += variance(problem, s) / 3;
-    }
-    for (const int s : observations)
-      spread2_ += (problem.observation(s).bearing - middle_).squaredNorm();
-  }
-  double operator()(const Eigen::Vector3d& bearing) const {
-    return mean2_ * (1.0 / 3 + (bearing - middle_).squaredNorm() / spread2_);
-  }
-
- private:
-  Eigen::Vector3d middle_ = Eigen::Vector3d::Zero();
-  double mean2_ = 0, spread2_ = 0;
-};
 
 // Limit of n . x below which a lamp counts as visible, with its position x and normal n in the
 // camera frame. Cones narrower than a half space are checked during verification; wider cones have
@@ -108,6 +79,12 @@ double one_sided(const AssignmentProblem& problem, const MapPoint& map_point) {
 }
 
 }  // namespace
+
+HypothesisVoting::Depths HypothesisVoting::depths_of(int observation, int map_point) const {
+  const DistanceRange range =
+      distances_m(problem_.observation(observation), problem_.map_point(map_point));
+  return {static_cast<float>(range.low / unit_m_), static_cast<float>(range.high / unit_m_)};
+}
 
 void HypothesisVoting::Table::resize(std::size_t size) {
   for (std::size_t k = 0; k < 3; ++k) {
@@ -132,9 +109,11 @@ LampPositions HypothesisVoting::Table::positions() const {
           {third_position[0].data(), third_position[1].data(), third_position[2].data()}};
 }
 
-HypothesisVoting::HypothesisVoting(const AssignmentProblem& problem, Covisibility& covisibility)
+HypothesisVoting::HypothesisVoting(const AssignmentProblem& problem, Covisibility& covisibility,
+                                   SizeConsistency& sizes)
     : problem_(problem),
       covisibility_(covisibility),
+      sizes_(sizes),
       simd_(widest_simd()),
       neighbours_(problem.map_points.size()) {
   const Camera& c = *problem.camera;
@@ -208,15 +187,26 @@ std::size_t HypothesisVoting::add_assignments(const std::array<int, 3>& observat
   const Neighbours& near = neighbours_[first];
   const std::size_t count = combined_;
   assignments_.resize(padded(count * count));
+  third_permitted_.resize(count);
+  for (std::size_t c = 0; c < count; ++c) {
+    const Pair third{observations[2], near.map_points[c]};
+    third_permitted_[c] = problem_.allows(third.observation, third.map_point) &&
+                          sizes_.permits({observations[0], first}, third);
+  }
   const Eigen::Vector3d& normal = problem_.map_point(first).normal;
   std::size_t n = 0;
   for (std::size_t b = 0; b < count; ++b) {
     const MapPoint& second = problem_.map_point(near.map_points[b]);
-    if (!problem_.allows(observations[1], near.map_points[b])) continue;
+    const Pair pair{observations[1], near.map_points[b]};
+    if (!problem_.allows(pair.observation, pair.map_point) ||
+        !sizes_.permits({observations[0], first}, pair))
+      continue;
     const bool same_side = second.normal.dot(normal) > same;
     const Eigen::Vector3d e1 = second.centre - problem_.map_point(first).centre;
     for (std::size_t c = 0; c < count; ++c) {
-      if (b == c || !problem_.allows(observations[2], near.map_points[c])) continue;
+      if (b == c || !third_permitted_[c] ||
+          !sizes_.permits(pair, {observations[2], near.map_points[c]}))
+        continue;
       if (!covisibility_.triple(first, near.map_points[b], near.map_points[c])) continue;
       const MapPoint& third = problem_.map_point(near.map_points[c]);
       if (same_side && image_orientation != 0) {
@@ -249,17 +239,30 @@ void HypothesisVoting::pad_poses(std::size_t count) {
   visible_.resize(padded(count));
 }
 
-// Collects all valid solutions without gaps.
-std::size_t HypothesisVoting::add_poses(std::size_t assignments) {
+// Collects all valid solutions that agree with the sizes of the blobs, without gaps.
+std::size_t HypothesisVoting::add_poses(const std::array<int, 3>& observations, int first,
+                                        std::size_t assignments) {
+  const std::vector<int>& near = neighbours_[first].map_points;
+  const Depths first_depths = depths_of(observations[0], first);
+  second_depths_.clear();
+  third_depths_.clear();
+  for (std::size_t b = 0; b < combined_; ++b) {
+    second_depths_.push_back(depths_of(observations[1], near[b]));
+    third_depths_.push_back(depths_of(observations[2], near[b]));
+  }
   const std::size_t stride = padded(assignments);
   batch_.resize(padded(4 * assignments));
   for (auto& parameter : parameters_) parameter.resize(batch_.second.size());
   std::size_t n = 0;
   for (std::size_t i = 0; i < assignments; ++i)
     for (std::size_t k = 0; k < 4; ++k) {
-      if (valid_[k * stride + i] == 0) continue;
+      const std::size_t from = k * stride + i;
+      if (valid_[from] == 0 || !first_depths.contain(depths_[0][from]) ||
+          !second_depths_[assignments_.second[i]].contain(depths_[1][from]) ||
+          !third_depths_[assignments_.third[i]].contain(depths_[2][from]))
+        continue;
       batch_.copy(i, assignments_, n);
-      for (std::size_t d = 0; d < 3; ++d) parameters_[d][n] = depths_[d][k * stride + i];
+      for (std::size_t d = 0; d < 3; ++d) parameters_[d][n] = depths_[d][from];
       ++n;
     }
   pad_poses(n);
@@ -307,7 +310,7 @@ int HypothesisVoting::image_orientation(const std::array<int, 3>& observations) 
   double noise = 0;
   for (std::size_t i = 0; i < 3; ++i) {
     f.col(static_cast<Eigen::Index>(i)) = problem_.observation(observations[i]).bearing;
-    noise += std::sqrt(variance(problem_, observations[i]));
+    noise += std::sqrt(direction_variance(problem_, observations[i]));
   }
   const double reach = std::max((f.col(1) - f.col(0)).norm(), (f.col(2) - f.col(0)).norm());
   const double volume = f.determinant();
@@ -339,7 +342,7 @@ void HypothesisVoting::score_triples(const std::array<int, 3>& observations, int
     statistics_.assignments += static_cast<int>(assignments);
     if (assignments == 0) continue;
     solve(blobs, assignments);
-    const std::size_t count = add_poses(assignments);
+    const std::size_t count = add_poses(observations, a, assignments);
     score_triples_for_cpu(simd_)(blobs, scoring_input(a, rest, remaining), pose_batch(),
                                  static_cast<int>(padded(count)),
                                  {inliers_.data(), visible_.data()});
@@ -373,10 +376,12 @@ std::size_t HypothesisVoting::add_headings(const std::array<int, 2>& observation
   const double n2 = n.squaredNorm();
   const Eigen::Vector3d& normal = problem_.map_point(first).normal;
   const double below = lit_below(problem_.map_point(first));
+  const Depths first_depths = depths_of(observations[0], first);
   std::size_t count = 0;
   for (std::size_t b = 0; b < combined_; ++b) {
     if (!problem_.allows(observations[1], near.map_points[b])) continue;
     if (!covisibility_.pair(first, near.map_points[b])) continue;
+    const Depths second_depths = depths_of(observations[1], near.map_points[b]);
     const Eigen::Vector3d side =
         (problem_.map_point(first).centre - problem_.map_point(near.map_points[b]).centre) /
         unit_m_;
@@ -396,6 +401,7 @@ std::size_t HypothesisVoting::add_headings(const std::array<int, 2>& observation
       const Eigen::Vector3d lit(c * normal.x() - s * normal.y(), s * normal.x() + c * normal.y(),
                                 normal.z());
       if (!(d0 > 0 && d1 > 0 && lit.dot(f0) < below)) continue;
+      if (!first_depths.contain(d0 / n2) || !second_depths.contain(d1 / n2)) continue;
       if (!gate.is_open()) {
         const double distance_m = unit_m_ * d0 / n2;
         const Eigen::Vector3d bearing(c * f0.x() + s * f0.y(), c * f0.y() - s * f0.x(), f0.z());
@@ -420,22 +426,14 @@ void HypothesisVoting::score_pairs(const std::array<int, 2>& observations, int m
   const Eigen::Matrix3d from_upright = cam_from_upright(problem_);
   const Eigen::Vector3d f0 = problem_.observation(observations[0]).bearing;
   const Eigen::Vector3d f1 = problem_.observation(observations[1]).bearing;
-  const Eigen::Vector3d middle = 0.5 * (f0 + f1);
-  const double mean2 =
-      0.5 * (variance(problem_, observations[0]) + variance(problem_, observations[1]));
-  const double apart2 = (f0 - f1).squaredNorm();
-  const double gravity2 = std::pow(problem_.options->prior->gravity_sigma_rad, 2);
   const PriorGate gate(problem_, from_upright);
-  const double relative = 2 * std::sqrt(gravity2) + std::sqrt(2 * mean2 / apart2);
+  const double mean2 = 0.5 * (direction_variance(problem_, observations[0]) +
+                              direction_variance(problem_, observations[1]));
+  const double relative = 2 * problem_.options->prior->gravity_sigma_rad +
+                          std::sqrt(2 * mean2 / (f0 - f1).squaredNorm());
   std::vector<int> rest;
-  // Rotated and scaled like the two bearings, and tilted by the error of gravity.
-  std::vector<RemainingBlob> remaining = remaining_blobs(
-      problem_, observations,
-      [&](const Eigen::Vector3d& bearing) {
-        const double away2 = (bearing - middle).squaredNorm();
-        return mean2 * (0.5 + 4 * away2 / apart2) + 2 * gravity2 * away2;
-      },
-      rest);
+  std::vector<RemainingBlob> remaining =
+      remaining_blobs(problem_, observations, UprightPrediction(problem_, observations), rest);
   for (RemainingBlob& blob : remaining) {
     const Eigen::Vector3d bearing(blob.bearing[0], blob.bearing[1], blob.bearing[2]);
     put(from_upright.transpose() * bearing, blob.bearing);

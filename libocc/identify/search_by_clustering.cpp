@@ -51,7 +51,7 @@ double spacing_m(const AssignmentProblem& problem) {
 }  // namespace
 
 void Search::search_by_clustering() {
-  HypothesisVoting voting(problem_, covisibility_);
+  HypothesisVoting voting(problem_, covisibility_, sizes_);
   TripleOrder order(problem_);
   if (voting.neighbours_truncated()) order.prefer_neighbours(problem_);
   std::vector<ScoredPose> candidates;

@@ -72,7 +72,7 @@ std::vector<ScoredPose> WaitingPoses::take(int min_inliers) {
 }
 
 void Search::search_by_voting() {
-  HypothesisVoting voting(problem_, covisibility_);
+  HypothesisVoting voting(problem_, covisibility_, sizes_);
   const bool two = group_size() == 2;
   run_voting(
       {voting.neighbours_truncated(),

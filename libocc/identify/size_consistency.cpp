@@ -4,30 +4,17 @@
 #include <algorithm>
 #include <cmath>
 
-#include "libocc/core/math.hpp"
-
 namespace occ::internal::identify {
 namespace {
-
-struct Range {
-  double low = 0, high = infinity;
-};
-
-// Distances of a disc that its blob's size permits.
-Range distances_m(const BearingObservation& s, const MapPoint& t) {
-  if (!t.disc || s.max_radius_rad == 0) return {};
-  return {t.radius_m / s.max_radius_rad,
-          s.min_radius_rad > 0 ? t.radius_m / s.min_radius_rad : infinity};
-}
 
 double separation(double d1, double d2, double cosine) {
   return std::sqrt(std::max(0.0, d1 * d1 + d2 * d2 - 2 * d1 * d2 * cosine));
 }
 
 // Smallest separation: at a limit of one distance, with the other one nearest to its foot.
-double min_separation(const Range& a, const Range& b, double cosine) {
+double min_separation(const DistanceRange& a, const DistanceRange& b, double cosine) {
   double smallest = infinity;
-  const auto add = [&](double limit, const Range& other) {
+  const auto add = [&](double limit, const DistanceRange& other) {
     if (std::isinf(limit)) return;
     const double foot = std::clamp(limit * cosine, other.low, other.high);
     smallest = std::min(smallest, separation(limit, foot, cosine));
@@ -40,13 +27,20 @@ double min_separation(const Range& a, const Range& b, double cosine) {
 }
 
 // Largest separation: the distance is a convex function, so it is largest at a corner.
-double max_separation(const Range& a, const Range& b, double cosine) {
+double max_separation(const DistanceRange& a, const DistanceRange& b, double cosine) {
   if (std::isinf(a.high) || std::isinf(b.high)) return infinity;
   return std::max({separation(a.low, b.low, cosine), separation(a.low, b.high, cosine),
                    separation(a.high, b.low, cosine), separation(a.high, b.high, cosine)});
 }
 
 }  // namespace
+
+DistanceRange distances_m(const BearingObservation& observation, const MapPoint& map_point) {
+  if (!map_point.disc || observation.max_radius_rad == 0) return {};
+  return {
+      map_point.radius_m / observation.max_radius_rad,
+      observation.min_radius_rad > 0 ? map_point.radius_m / observation.min_radius_rad : infinity};
+}
 
 SizeConsistency::SizeConsistency(const AssignmentProblem& problem)
     : problem_(problem), blobs_(problem.observations.size()), points_(problem.map_points.size()) {
@@ -72,7 +66,7 @@ bool SizeConsistency::compute(const Pair& first, const Pair& second) const {
                            &s2 = problem_.observation(second.observation);
   const MapPoint &t1 = problem_.map_point(first.map_point),
                  &t2 = problem_.map_point(second.map_point);
-  const Range a = distances_m(s1, t1), b = distances_m(s2, t2);
+  const DistanceRange a = distances_m(s1, t1), b = distances_m(s2, t2);
   const double cosine = s1.bearing.dot(s2.bearing), gate = problem_.options->gate_sigma;
   const double length_m = (t1.centre - t2.centre).norm();
   const double origins_m = (s1.origin - s2.origin).norm();

@@ -16,7 +16,9 @@
 
 #include "libocc/identify/internal/covisibility.hpp"
 #include "libocc/identify/internal/pose_hypothesis.hpp"
+#include "libocc/identify/internal/predicted_direction.hpp"
 #include "libocc/identify/internal/prior_gate.hpp"
+#include "libocc/identify/internal/size_consistency.hpp"
 #include "libocc/identify/internal/vote_kernels.hpp"
 
 namespace occ::internal::identify {
@@ -50,7 +52,8 @@ struct VoteStatistics {
 
 class HypothesisVoting {
  public:
-  HypothesisVoting(const AssignmentProblem& problem, Covisibility& covisibility);
+  HypothesisVoting(const AssignmentProblem& problem, Covisibility& covisibility,
+                   SizeConsistency& sizes);
 
   /// Appends all poses of three blobs with at least `min_inliers` inliers, in a fixed order.
   void score_triples(const std::array<int, 3>& observations, int min_inliers,
@@ -64,6 +67,11 @@ class HypothesisVoting {
   bool neighbours_truncated() const;
 
  private:
+  /// Distances of a lamp that the size of its blob permits, in units of unit_m_.
+  struct Depths {
+    float min = 0, max = 0;
+    bool contain(double depth) const { return depth > min && depth < max; }
+  };
   struct Neighbours {
     std::vector<int> map_points;  // nearest first
     std::vector<NearLamp> lamps;  // relative to the lamp whose neighbours they are
@@ -86,7 +94,8 @@ class HypothesisVoting {
   std::size_t add_assignments(const std::array<int, 3>& observations, int first,
                               int image_orientation);
   void pad_poses(std::size_t count);
-  std::size_t add_poses(std::size_t assignments);
+  Depths depths_of(int observation, int map_point) const;
+  std::size_t add_poses(const std::array<int, 3>& observations, int first, std::size_t assignments);
   std::size_t add_headings(const std::array<int, 2>& observations, int first, const PriorGate& gate,
                            double relative);
   bool accept(std::size_t pose, int min_inliers);
@@ -95,6 +104,7 @@ class HypothesisVoting {
 
   const AssignmentProblem& problem_;
   Covisibility& covisibility_;
+  SizeConsistency& sizes_;
   Simd simd_;
   double unit_m_ = 1;  // unit of length of the single-precision numbers
   Frustum frustum_;
@@ -103,6 +113,8 @@ class HypothesisVoting {
   Table assignments_, batch_;
   std::array<std::vector<float>, 3> depths_, parameters_;
   std::vector<int> valid_, inliers_, visible_;
+  std::vector<Depths> second_depths_, third_depths_;  // by neighbour
+  std::vector<char> third_permitted_;                 // likewise
   std::vector<unsigned char> allowed_;
   VoteStatistics statistics_;
 };

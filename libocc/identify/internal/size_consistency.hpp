@@ -10,9 +10,18 @@
 
 #include <vector>
 
+#include "libocc/core/math.hpp"
 #include "libocc/identify/internal/pose_fit.hpp"
 
 namespace occ::internal::identify {
+
+struct DistanceRange {
+  double low = 0, high = infinity;
+};
+
+/// Distances of a map point that the size of its blob permits [m]; without limits for a blob
+/// without a measured size.
+DistanceRange distances_m(const BearingObservation& observation, const MapPoint& map_point);
 
 class LIBOCC_API SizeConsistency {
  public:
