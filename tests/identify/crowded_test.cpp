@@ -80,7 +80,7 @@ int max_tried() {
   return most;
 }
 
-/// At most 201374; six of the pictures were cut short at 1000000 when sizes were only compared
+/// At most 201374; four of the pictures were cut short at 1000000 when sizes were only compared
 /// after the votes.
 TEST(IdentifyCrowded, SizesRejectAssignmentsBeforeTheVotes) { EXPECT_LT(max_tried(), 300000); }
 
