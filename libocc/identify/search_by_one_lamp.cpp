@@ -14,13 +14,24 @@
 
 namespace occ::internal::identify {
 
+namespace {
+
+/// Left perturbation of a pose by a rotation of a lamp about its centre and a translation of it: a
+/// rotation about the centre c, in the camera's frame, is one about the camera and the translation
+/// c x rotation.
+Matrix6 from_lamp(const Eigen::Vector3d& centre_in_cam) {
+  Matrix6 move = Matrix6::Identity();
+  move.bottomLeftCorner<3, 3>() = skew(centre_in_cam);
+  return move;
+}
+
+}  // namespace
+
 FittedPose to_local(const LampPose& lamp, const Eigen::Vector3d& centre) {
   FittedPose estimate;
   estimate.pose.rotation = lamp.pose.rotation;
   estimate.pose.translation = lamp.pose.translation - lamp.pose.rotation * centre;
-  // A rotation about the lamp's centre c is one about the camera and the translation c x rotation.
-  Matrix6 move = Matrix6::Identity();
-  move.bottomLeftCorner<3, 3>() = skew(lamp.pose.translation);
+  const Matrix6 move = from_lamp(lamp.pose.translation);
   estimate.covariance = move * core::inverse(lamp.information) * move.transpose();
   estimate.chi2 = lamp.chi2;
   return estimate;
@@ -42,8 +53,7 @@ void add_circles(const AssignmentProblem& problem, const Pair& pair,
     if (!(circle.height_m > 0) || !circle.information.allFinite()) continue;
     LampPose exact;
     exact.pose = {circle.cam_from_world.rotation, circle.cam_from_world * disc.centre_m};
-    Matrix6 move = Matrix6::Identity();  // as in to_local()
-    move.bottomLeftCorner<3, 3>() = skew(exact.pose.translation);
+    const Matrix6 move = from_lamp(exact.pose.translation);
     exact.information = move.transpose() * circle.information * move;
     if (prior_permits_a_turn(problem, problem.map_point(pair.map_point), exact))
       circles.push_back(circle);

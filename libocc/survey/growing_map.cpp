@@ -250,10 +250,14 @@ void GrowingMap::place(int picture, const MapMatch& match) {
     known.covariance -= gain * known.covariance;
     known.covariance = (0.5 * (known.covariance + known.covariance.transpose())).eval();
   }
-  place_of_[picture] = static_cast<int>(map_.placed.size());
+  add(std::move(placed));
+}
+
+void GrowingMap::add(PlacedPicture placed) {
+  place_of_[placed.picture] = static_cast<int>(map_.placed.size());
+  reasons_[placed.picture].clear();
+  ambiguous_[placed.picture] = false;
   map_.placed.push_back(std::move(placed));
-  reasons_[picture].clear();
-  ambiguous_[picture] = false;
 }
 
 void GrowingMap::remove_unused_lamps() {

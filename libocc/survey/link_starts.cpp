@@ -106,8 +106,7 @@ void GrowingMap::start(const PointStarts& starts) {
         sizes[lamp].push_back((pose * map_.lamps[lamp].position).norm() / view.range);
         map_.lamps[lamp].shape = view.shape;
       }
-    place_of_[picture] = static_cast<int>(map_.placed.size());
-    map_.placed.push_back(std::move(placed));
+    add(std::move(placed));
   }
   const Vector3d normal = plane_normal(map_.lamps, viewer);
   for (std::size_t lamp = 0; lamp < map_.lamps.size(); ++lamp) {
@@ -154,9 +153,7 @@ int GrowingMap::join_by_links() {
     if (!found.ok() || std::count(found->inliers.begin(), found->inliers.end(), true) < min_known)
       continue;
     placed.cam_from_map = found->cam_from_world;
-    place_of_[picture] = static_cast<int>(map_.placed.size());
-    map_.placed.push_back(std::move(placed));
-    reasons_[picture].clear();
+    add(std::move(placed));
     ++joined;
   }
   return joined;

@@ -92,6 +92,7 @@ class GrowingMap {
   MatchCandidates candidates_near(int picture, int neighbour) const;
   bool join(int picture);
   void place(int picture, const MapMatch& match);
+  void add(PlacedPicture placed);
   void remove_unused_lamps();  // after adjust_all()
   double smallest_spacing() const;
   bool is_one_lamp(int a, int b, double spacing) const;

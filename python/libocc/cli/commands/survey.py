@@ -157,17 +157,15 @@ def command(
     distances = [(lamp_number(a), lamp_number(b), length_m, sigma_m) for a, b, length_m, sigma_m in distance]
     camera, scene_of_camera = camera_of(camera_path)
     sensor = None if scene_of_camera is None else scene_of_camera.sensor
-    from ..survey.follow import follow, read_ids
+    from ..survey.follow import follow, read_codes
     from ..survey.sources import Detector, is_recording, read_pictures
 
     recording = is_recording(sources, fps)
     code = None if code_kind is None else code_of(code_kind, scene_of_camera, recording)
     detector = Detector(camera, sensor, threshold_dn, family if tag_size_m is not None else None)
     pictures = read_pictures(sources, detector, ordered, max_pictures, fps, topic)
-    if code is not None and sensor is not None:
-        ids = read_ids(sources[0], sensor, code, pictures, fps, topic)
-        pictures.notes += [] if ids else [f"--code {code_kind}: no id could be read"]
-        follow(sources[0], detector, pictures, fps, topic, coded=True)
+    if code is not None:
+        read_codes(sources[0], detector, code, pictures, fps, topic)
     places = [] if odometry is None else places_of(odometry, pictures.times_s)
     options = {
         "odometry_sigma": odometry_sigma,
@@ -221,7 +219,7 @@ def run_update(
         camera, other = camera_of(camera_path)
         scene = scene.replace(camera=camera, sensor=scene.sensor if other is None else other.sensor)
     from ..result_folder import ResultFolder
-    from ..survey.follow import follow, read_ids
+    from ..survey.follow import follow, read_codes
     from ..survey.sources import Detector, is_recording, read_pictures
     from ..survey.status import survey_status
     from ..survey.update import failure_lines, text_lines, write_update
@@ -232,9 +230,7 @@ def run_update(
     pictures = read_pictures(sources, detector, ordered, max_pictures, fps, topic)
     if code is not None:
         lamp_of_id = {lamp.code.id: lamp.id for lamp in scene.lamps if lamp.code is not None}
-        ids = read_ids(sources[0], scene.sensor, code, pictures, fps, topic, lamp_of_id)
-        pictures.notes += [] if ids else [f"--code {code_kind}: no id of a lamp of the map could be read"]
-        follow(sources[0], detector, pictures, fps, topic, coded=True)
+        read_codes(sources[0], detector, code, pictures, fps, topic, lamp_of_id)
     options = {
         **options, "ordered": pictures.ordered,
         "row_time_s": scene.sensor.row_time_s if row_time_s is None else row_time_s,

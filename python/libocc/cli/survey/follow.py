@@ -3,15 +3,13 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..._core import Blob, Code, Sensor, decode, detect, track_blobs
+from ..._core import Blob, Code, Sensor, decode, track_blobs
 from ...streams.frames import Pixels
 from .. import error_context
-from ..detect_options import threshold_of
 from ..progress import progress
 from .sources import Detector, Pictures, frames_of
 
@@ -48,18 +46,14 @@ def follow(
 ) -> None:
     """Sets the tracks of the blobs of all pictures. coded: lamps may be dark. Raises: Failure naming the source."""
     picture_of = {index: number for number, index in enumerate(found.frames)}
-    options: dict[str, Any] = {} if detector.sensor is None else {"sensor": detector.sensor}
     rows: list[tuple[float, list[Blob]]] = []
     numbers: list[int | None] = []
     with error_context(name), progress("following lamps", MAX_FRAMES) as advance:
         for frame in all_frames(name, fps, topic):
             picture = picture_of.get(frame.index)
             numbers.append(picture)
-            if picture is not None:
-                rows.append((frame.time_s, found.blobs[picture][1]))
-            else:
-                threshold = threshold_of(frame.image, detector.threshold_dn)
-                rows.append((frame.time_s, list(detect(frame.image, threshold_dn=threshold, **options))))
+            blobs = detector.lamps(frame.image) if picture is None else found.blobs[picture][1]
+            rows.append((frame.time_s, blobs))
             advance()
     tracks = track_blobs(
         rows, speed_sigma_px_s=SPEED_PX_S, acceleration_px_s2=ACCELERATION_PX_S2,
@@ -69,6 +63,21 @@ def follow(
     for number, of_frame in zip(numbers, tracks):
         if number is not None:
             found.tracks[number] = of_frame
+
+
+def read_codes(
+    name: str, detector: Detector, code: Code, found: Pictures, fps: float | None, topic: str | None,
+    lamp_of_id: dict[int, int] | None = None,
+) -> None:
+    """Reads ids as read_ids() does, says if there are none, and follows the lamps.
+
+    detector: with a sensor. Raises: Failure naming the source.
+    """
+    assert detector.sensor is not None
+    if read_ids(name, detector.sensor, code, found, fps, topic, lamp_of_id) == 0:
+        whose = "" if lamp_of_id is None else " of a lamp of the map"
+        found.notes.append(f"--code {code.kind.name}: no id{whose} could be read")
+    follow(name, detector, found, fps, topic, coded=True)
 
 
 def read_ids(

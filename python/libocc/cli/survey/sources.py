@@ -40,6 +40,11 @@ class Detector:
     threshold_dn: Threshold
     tag_family: str | None
 
+    def lamps(self, pixels: Any) -> list[Blob]:
+        """Blobs of one picture."""
+        options: dict[str, Any] = {} if self.sensor is None else {"sensor": self.sensor}
+        return list(detect(pixels, threshold_dn=threshold_of(pixels, self.threshold_dn), **options))
+
     def add(self, found: Pictures, name: str, pixels: Any, time_s: float | None = None) -> None:
         """Raises: ValueError when the picture does not have the camera's size."""
         camera, (height, width) = self.camera, pixels.shape[:2]
@@ -48,8 +53,7 @@ class Detector:
             raise ValueError(
                 f"its size is {width} x {height} px, that of the camera is {camera.width} x {camera.height} px{turned}"
             )
-        options: dict[str, Any] = {} if self.sensor is None else {"sensor": self.sensor}
-        blobs = detect(pixels, threshold_dn=threshold_of(pixels, self.threshold_dn), **options)
+        blobs = self.lamps(pixels)
         hint = background_hint(pixels, blobs, self.threshold_dn)
         if hint:
             found.notes.append(f"{name}: {hint}")
@@ -60,7 +64,7 @@ class Detector:
             if len(lamps) < len(blobs):
                 found.notes.append(f"{name}: {len(blobs) - len(lamps)} blobs are parts of AprilTags")
             blobs = lamps
-        found.blobs.append((name, list(blobs)))
+        found.blobs.append((name, blobs))
         found.times_s.append(time_s)
 
 
