@@ -64,7 +64,8 @@ LampLinks::LampLinks(const std::vector<SurveyPicture>& pictures, std::vector<std
       std::optional<int> id = id_of(picture.blobs[b]);
       if (const auto known = id_of_track.find(track); known != id_of_track.end())
         id = known->second;
-      if (changed.count(track) > 0)
+      const Blob& blob = picture.blobs[b];
+      if (changed.count(track) > 0 || blob.cut_by_border || blob.merged)
         links.push_back(-1);
       else if (id)
         links.push_back(link_of(link_of_id, *id, id));

@@ -74,9 +74,8 @@ std::vector<PointStarts> GrowingMap::link_starts() const {
   std::vector<PixelsOfPoints> pixels(input_.size());
   for (std::size_t i = 0; i < input_.size(); ++i)
     for (std::size_t b = 0; b < input_[i].blobs.size(); ++b) {
-      const Blob& blob = input_[i].blobs[b];
       const int link = links_.link(static_cast<int>(i), static_cast<int>(b));
-      if (link >= 0 && !blob.cut_by_border && !blob.merged) pixels[i][link] = blob.centroid_px;
+      if (link >= 0) pixels[i][link] = input_[i].blobs[b].centroid_px;
     }
   return free_starts(std::vector<Camera>(input_.size(), camera_), pixels);
 }
@@ -135,15 +134,14 @@ int GrowingMap::join_by_links() {
     std::vector<Vector3d> known;
     std::vector<Eigen::Vector2d> seen;
     for (std::size_t b = 0; b < input_[picture].blobs.size(); ++b) {
-      const Blob& blob = input_[picture].blobs[b];
       const auto lamp = lamp_of_link.find(links_.link(picture, static_cast<int>(b)));
       const bool is_known =
-          lamp != lamp_of_link.end() && !blob.cut_by_border && !blob.merged &&
+          lamp != lamp_of_link.end() &&
           std::count(placed.lamp_of.begin(), placed.lamp_of.end(), lamp->second) == 0;
       placed.lamp_of.push_back(is_known ? lamp->second : -1);
       if (!is_known) continue;
       known.push_back(map_.lamps[lamp->second].position);
-      seen.push_back(blob.centroid_px);
+      seen.push_back(input_[picture].blobs[b].centroid_px);
     }
     const auto count = static_cast<Eigen::Index>(known.size());
     if (count < min_known) continue;

@@ -197,6 +197,19 @@ TEST(SurveyLinks, TurningAloneDeterminesNoMap) {
   EXPECT_NE(found.message.find("from different places"), std::string::npos) << found.message;
 }
 
+TEST(SurveyLinks, LampsThatTheBorderCutsAreNotUsed) {
+  const Scene scene = uneven_room();
+  auto made = walk(scene, 30, 5);
+  remove_rims(made);
+  add_tracks(made);
+  auto pictures = pictures_of(made);
+  for (std::size_t i = 0; i < pictures.size(); i += 3)
+    pictures[i].blobs.back().cut_by_border = true;
+  const auto found = survey(pictures, scene.camera);
+  ASSERT_TRUE(found.ok()) << found.message;
+  for (std::size_t i = 0; i < pictures.size(); i += 3) EXPECT_EQ(found->lamp_of_blob[i].back(), -1);
+}
+
 TEST(SurveyLinks, UpdateAMapByLampsWithoutRims) {
   Scene scene = uneven_room();
   Scene moved = scene;

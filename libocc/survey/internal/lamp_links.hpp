@@ -17,7 +17,8 @@ namespace occ::internal::survey {
 class LampLinks {
  public:
   /// Left out, with a note for each: tracks with two ids, and ids that two blobs of one picture
-  /// have. If two blobs of a picture have one link by their tracks, neither has one there.
+  /// have. If two blobs of a picture have one link by their tracks, neither has one there. Blobs
+  /// that the border cuts or that show several lamps have none, because their centroids are others.
   LampLinks(const std::vector<SurveyPicture>& pictures, std::vector<std::string>& notes);
 
   /// Number of the link of a blob; -1: none.
