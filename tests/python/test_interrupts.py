@@ -121,6 +121,19 @@ def test_temporary_files_are_forgotten_when_they_are_complete(tmp_path: Path) ->
     assert not interrupts.temporary_files and os.listdir(tmp_path) == ["a"]
 
 
+def test_ctrl_c_just_after_the_renaming_is_no_other_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    rename = os.replace
+
+    def interrupted(source: str, target: str) -> None:
+        rename(source, target)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(os, "replace", interrupted)
+    with pytest.raises(KeyboardInterrupt), files.whole_file(str(tmp_path / "a")) as file:
+        file.write(b"whole")
+    assert (tmp_path / "a").read_bytes() == b"whole" and not interrupts.temporary_files
+
+
 def test_bytes_are_on_the_disk_before_a_file_is_renamed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Otherwise a crash can leave an empty file under the final name."""
     steps = []

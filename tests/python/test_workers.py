@@ -34,6 +34,7 @@ from small_room import sleep_long
 from libocc.cli.workers import processes
 
 if __name__ == "__main__":
+    signal.signal(signal.SIGHUP, signal.SIG_DFL)  # ignored if the tests run under nohup
     with processes(2) as (executor, _):
         for _ in range(4):
             executor.submit(sleep_long, None)
