@@ -156,6 +156,11 @@ PriorPart part_of(const Prior& prior, const Rigid3& cam_from_world, double wrong
           rows.residuals.squaredNorm(), wrong};
 }
 
+/// True if only the last pose of the prior excludes the pose.
+bool is_by_last_pose(const Prior& prior, const Rigid3& excluded) {
+  return believed_at(prior, excluded) || without_last_pose(prior).empty();
+}
+
 }  // namespace
 
 double rotations_in_view(const Camera& camera, double map_radius_m, double distance_m) {
@@ -206,15 +211,19 @@ std::optional<Prior> believed_at(const Prior& prior, const Rigid3& excluded) {
   return others;
 }
 
+double log_misstated(const Prior& prior, const Rigid3& excluded) {
+  constexpr double last_pose_elsewhere = 1e-5, all_misstated = 1e-8;
+  return std::log(is_by_last_pose(prior, excluded) ? last_pose_elsewhere : all_misstated);
+}
+
 double share_of_excluded(const Prior& prior, const Rigid3& excluded,
                          const std::function<double(const std::optional<Prior>&)>& log_ratio) {
-  constexpr double last_pose_elsewhere = 1e-5, all_misstated = 1e-8;
   constexpr double max_log = 100;  // larger ratios have the same effect
   const std::optional<Prior> believed = believed_at(prior, excluded);
-  const bool by_last_pose = believed || without_last_pose(prior).empty();
-  const double log =
-      by_last_pose ? std::log(last_pose_elsewhere) + log_ratio(believed)
-                   : std::max(std::log(all_misstated) + log_ratio(std::nullopt), log_ratio(prior));
+  const double misstated = log_misstated(prior, excluded);
+  const double log = is_by_last_pose(prior, excluded)
+                         ? misstated + log_ratio(believed)
+                         : std::max(misstated + log_ratio(std::nullopt), log_ratio(prior));
   return std::exp(std::min(log, max_log));
 }
 

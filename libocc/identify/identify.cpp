@@ -101,9 +101,7 @@ void set_message(Result<Identification>& result, const AssignmentProblem& proble
   const auto add = [&]() -> std::ostream& { return text << (text.tellp() > 0 ? "; " : ""); };
   if (reflections)
     add() << "fainter blobs that match other poses are treated as reflections of the lamps";
-  if (search.cut_short())
-    add() << search.limit_reached() << ", with " << std::ceil(100 * search.untried())
-          << " % of the groups of blobs untried";
+  if (search.cut_short()) add() << search.limit_reached();
   if (problem.scene) {
     const std::string note = colours_not_compared(problem.scene->lamps, *problem.blobs);
     if (!note.empty()) add() << note;
@@ -126,11 +124,19 @@ void fill(const AssignmentProblem& problem, const Search& search, std::vector<Po
 }
 
 // The best hypothesis may match reflections. Then the remaining blobs have a brighter hypothesis.
-// Returns true if that is the case, with the result filled from the brighter one.
+// Returns true if that is the case, with the result filled from the brighter one. Reflections in
+// two mirrors, which keep the handedness of the map, are rare and sought with little effort.
 bool fill_from_brighter(const AssignmentProblem& problem, const PoseHypothesis& best,
                         Result<Identification>& result) {
-  const std::optional<AssignmentProblem> rest = brighter_remainder(problem, best);
+  constexpr int max_hypotheses_of_two_mirrors = 10000;
+  std::optional<AssignmentProblem> rest = brighter_remainder(problem, best);
   if (!rest) return false;
+  IdentifyOptions options = *problem.options;
+  options.max_hypotheses -= result->tried;
+  if (!may_match_reflections(problem, best))
+    options.max_hypotheses = std::min(options.max_hypotheses, max_hypotheses_of_two_mirrors);
+  if (options.max_hypotheses <= 0) return false;
+  rest->options = &options;
   Search search(*rest);
   search.run();
   std::vector<PoseHypothesis> found = search.found();

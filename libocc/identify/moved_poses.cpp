@@ -88,16 +88,19 @@ int count_mapped(const AssignmentProblem& problem, const std::vector<Pair>& pair
   return mapped;
 }
 
+enum class Handedness { kept, reversed };
+
 // Returns the motions other than the identity that map the three lamps to lamps of the same
-// distances, and most of the pairs' lamps to lamps.
+// distances, and most of the pairs' lamps to lamps. `reversed`: motions with a reflection.
 std::vector<Motion> motions_of(const AssignmentProblem& problem, const std::vector<Pair>& pairs,
-                               const Corner& corner, double tolerance_m) {
+                               const Corner& corner, double tolerance_m, Handedness handedness) {
   const int max_lost = static_cast<int>(pairs.size()) / 6;
   const int count = static_cast<int>(problem.map_points.size());
   const double ab = (corner.second - corner.first).norm(),
                ac = (corner.third - corner.first).norm(),
                bc = (corner.third - corner.second).norm();
-  const Eigen::Matrix3d from = frame(corner.first, corner.second, corner.third);
+  Eigen::Matrix3d from = frame(corner.first, corner.second, corner.third);
+  if (handedness == Handedness::reversed) from.col(2) = -from.col(2);
   const auto at = [&](int t) -> const Eigen::Vector3d& { return problem.map_point(t).centre; };
   const auto differs = [&](int a, int b, double length) {
     return std::abs((at(a) - at(b)).norm() - length) > tolerance_m;
@@ -169,6 +172,15 @@ double tolerance_m(const AssignmentProblem& problem, const PoseHypothesis& e) {
 
 }  // namespace
 
+bool may_match_reflections(const AssignmentProblem& problem, const PoseHypothesis& e) {
+  constexpr std::size_t min_pairs = 5;  // fewer match a reflection by chance
+  if (e.pairs.size() < min_pairs) return true;
+  const std::optional<Corner> corner = corner_of(problem, e.pairs);
+  return !corner ||
+         !motions_of(problem, e.pairs, *corner, tolerance_m(problem, e), Handedness::reversed)
+              .empty();
+}
+
 // The poses are verified without the prior. Those within six sigma of it become hypotheses, others
 // are listed as excluded if this is requested.
 void Search::add_moved_poses(bool list_excluded) {
@@ -178,7 +190,8 @@ void Search::add_moved_poses(bool list_excluded) {
   if (!corner) return;
   excluded_listed_ = list_excluded;
   const double place_m = tolerance_m(problem_, best);
-  const std::vector<Motion> motions = motions_of(problem_, best.pairs, *corner, place_m);
+  const std::vector<Motion> motions =
+      motions_of(problem_, best.pairs, *corner, place_m, Handedness::kept);
   if (motions.empty()) return;
   IdentifyOptions options = *problem_.options;
   options.prior.reset();
@@ -215,8 +228,8 @@ void Search::add_moved_poses(bool list_excluded) {
 
 // A prior is doubtful if its best pose is off by more than chance explains (a last pose apart,
 // since cameras move farther than stated), or leaves most blobs and misses as many lamps as it
-// matches; a last pose if its pose leaves most blobs and may be accidental. Searches for poses
-// elsewhere that match as many blobs.
+// matches or may be accidental; a last pose alone if its pose leaves most blobs and may be
+// accidental. Searches for poses elsewhere that match as many blobs.
 void Search::add_poses_elsewhere() {
   if (found_.empty()) return;
   constexpr double max_sigmas = 3.3;
@@ -227,9 +240,11 @@ void Search::add_poses_elsewhere() {
                                              gate_chi2(max_sigmas, std::max(1, others.dof()));
   const bool leaves_most = 2 * best.pairs.size() < problem_.observations.size();
   IdentifyOptions options = *problem_.options;
-  if (is_off || (leaves_most && best.missed >= static_cast<int>(best.pairs.size())))
+  const bool is_accidental = leaves_most && chance() > max_chance_if_missing;
+  const bool misses_most = leaves_most && best.missed >= static_cast<int>(best.pairs.size());
+  if (is_off || misses_most || (is_accidental && !prior.last_pose))
     options.prior.reset();
-  else if (leaves_most && prior.last_pose && chance() > max_chance_if_missing)
+  else if (is_accidental)
     options.prior = others;
   else
     return;
@@ -237,7 +252,7 @@ void Search::add_poses_elsewhere() {
   open.options = &options;
   Search elsewhere(open);
   elsewhere.run();
-  cut_short_ = cut_short_ || elsewhere.cut_short_;
+  if (elsewhere.cut_short()) limit_elsewhere_ = elsewhere.limit_reached();
   const auto is_known = [&](const PoseHypothesis& e) {
     return std::any_of(excluded_.begin(), excluded_.end(), [&](const PoseHypothesis& known) {
       return same_pairs(known.pairs, e.pairs);

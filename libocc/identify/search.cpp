@@ -149,21 +149,28 @@ bool Search::tried_enough() const {
 
 std::string Search::limit_reached() const {
   std::ostringstream text;
+  if (!cut_short_) {
+    text << "without the prior, " << limit_elsewhere_;
+    return text.str();
+  }
   text << "the search stopped after ";
   if (tried_ >= problem_.options->max_hypotheses)
     text << "max_hypotheses = " << problem_.options->max_hypotheses;
   else
     text << "max_time_s = " << problem_.options->max_time_s;
+  text << ", with " << std::ceil(100 * untried()) << " % of the groups of blobs untried";
   return text.str();
 }
 
 double Search::untried() const {
   if (!cut_short_) return 0;
-  return groups_in_all_ > 0 ? 1 - static_cast<double>(groups_) / groups_in_all_ : 1;
+  if (groups_in_all_ == 0) return 1;
+  return std::max(1, groups_in_all_ - groups_) / static_cast<double>(groups_in_all_);
 }
 
 // A strong hypothesis is unlikely to have a rival by chance. But where it leaves blobs and misses
-// lamps, another pose may match both: a regular map agrees with itself after a shift.
+// lamps, another pose may match both: a regular map agrees with itself after a shift. Where it
+// leaves blobs and may be accidental, they may be the lamps.
 bool Search::best_is_strong() const { return best_support_ >= strong_pairs && best_is_complete_; }
 
 // Returns the maximum number of outliers in a hypothesis worth finding; at most two beside a strong
@@ -379,10 +386,11 @@ void Search::keep(PoseHypothesis hypothesis) {
   account_for_unpaired_lamps(problem_, hypothesis);
   if (statistics_) hypothesis.poses_scored = statistics_->poses;
   if ((statistics_ || by_last_pose_) && misses_too_many(hypothesis)) return;
-  if ((!statistics_ || (chance_of(hypothesis) < max_chance && fits(hypothesis))) &&
+  const double chance = statistics_ ? chance_of(hypothesis) : 0;
+  if ((!statistics_ || (chance < max_chance && fits(hypothesis))) &&
       support(hypothesis.pairs) >= best_support_) {
-    const bool complete =
-        hypothesis.missed == 0 || hypothesis.pairs.size() == problem_.observations.size();
+    const bool complete = hypothesis.pairs.size() == problem_.observations.size() ||
+                          (hypothesis.missed == 0 && chance < max_chance_if_leaving);
     best_is_complete_ =
         complete || (best_is_complete_ && support(hypothesis.pairs) == best_support_);
     best_support_ = support(hypothesis.pairs);

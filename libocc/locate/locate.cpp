@@ -16,6 +16,7 @@
 #include "libocc/identify/internal/verdict.hpp"
 #include "libocc/locate/internal/best_candidate.hpp"
 #include "libocc/locate/internal/detect_options.hpp"
+#include "libocc/locate/internal/excluded_poses.hpp"
 #include "libocc/locate/internal/exclusion.hpp"
 #include "libocc/locate/internal/found_colour.hpp"
 #include "libocc/locate/internal/map_rivals.hpp"
@@ -178,44 +179,6 @@ double risk_of(const Refinement& refinement) {
   return risk;
 }
 
-/// Probability of a pose that only the prior excludes, over that of the best pose.
-double share_of_excluded(const RefinementAhead& ahead, const RankedPose& best,
-                         const RankedPose& rival) {
-  const auto log_ratio = [&](const std::optional<Prior>& prior) {
-    const auto log_of = [&](const RankedPose& pose) {
-      return internal::pose::log_evidence(
-                 evidence_of(*pose.refined, *pose.hypothesis, ahead.blobs, ahead.scene, prior))
-          .value;
-    };
-    return log_of(rival) - log_of(best);
-  };
-  return internal::identify::share_of_excluded(*ahead.options.prior,
-                                               rival.hypothesis->cam_from_world, log_ratio);
-}
-
-/// Adds the poses that only the prior excludes.
-void add_excluded(const RefinementAhead& ahead, const std::vector<Hypothesis>& excluded,
-                  Refinement& refinement) {
-  const RankedPose& best = refinement.poses.front();
-  if (excluded.empty() || !best.refined.ok()) return;
-  RefineOptions options = ahead.options;
-  options.rung = std::min(options.rung, Rung::rims);
-  std::vector<RankedPose> rivals;
-  for (const Hypothesis& hypothesis : excluded) {
-    options.prior =
-        internal::identify::believed_at(*ahead.options.prior, hypothesis.cam_from_world);
-    RankedPose rival;
-    rival.refined = refine_as_stated(hypothesis.cam_from_world, hypothesis.matches, ahead.blobs,
-                                     ahead.scene, options, nullptr);
-    if (!rival.refined.ok()) continue;
-    rival.hypothesis = &hypothesis;
-    rival.fits = true;
-    rival.probability = best.probability * share_of_excluded(ahead, best, rival);
-    rivals.push_back(std::move(rival));
-  }
-  append_rivals(std::move(rivals), refinement);
-}
-
 bool is_excluded(const std::optional<Prior>& prior, const Rigid3& cam_from_world) {
   return prior && prior->chi2(cam_from_world) > internal::identify::max_prior_chi2;
 }
@@ -277,6 +240,14 @@ std::string text_of_circle(const PoseCircle& circle, const Scene& scene) {
   return text.str();
 }
 
+/// `untried`: share of the groups of blobs; 0 if the search with the prior was completed.
+std::string text_of_cut(double untried) {
+  if (!(untried > 0)) return "the search for poses that the prior excludes was cut short";
+  return "the search for poses was cut short, with " +
+         std::to_string(static_cast<int>(std::ceil(100 * untried))) +
+         " % of the groups of blobs untried";
+}
+
 Result<Fix> locate_blobs(const std::vector<Blob>& blobs, const Scene& scene,
                          const LocateOptions& given, const ImageView* image, const Clock& clock) {
   Result<Fix> result;
@@ -312,24 +283,33 @@ Result<Fix> locate_blobs(const std::vector<Blob>& blobs, const Scene& scene,
   }
 
   const Clock refine_clock;
-  const RefinementAhead ahead{identified->hypotheses,
-                              blobs,
-                              scene,
-                              options.refine,
-                              options.costs,
-                              options.max_candidates,
-                              options.identify,
-                              options.budget_s,
-                              options.target_sigma_m,
-                              image,
-                              identified->excluded_listed};
-  Refinement refinement = refine_hypotheses(ahead, [&] { return clock.seconds(); });
+  const auto elapsed_s = [&] { return clock.seconds(); };
+  const auto ahead_of = [&](const std::vector<Hypothesis>& hypotheses, const LocateOptions& by) {
+    return RefinementAhead{hypotheses,
+                           blobs,
+                           scene,
+                           by.refine,
+                           by.costs,
+                           by.max_candidates,
+                           by.identify,
+                           by.budget_s,
+                           by.target_sigma_m,
+                           image,
+                           identified->excluded_listed};
+  };
+  LocateOptions open = options;
+  open.prior = open.identify.prior = open.refine.prior = std::nullopt;
+  const RefinementAhead with_prior = ahead_of(identified->hypotheses, options);
+  const RefinementAhead without_prior = ahead_of(identified->excluded, open);
+  Refinement refinement = refine_hypotheses(with_prior, elapsed_s);
+  const bool prior_is_wrong = take_excluded(without_prior, options.prior, elapsed_s, refinement);
+  const RefinementAhead& ahead = prior_is_wrong ? without_prior : with_prior;
   std::deque<Hypothesis> rivals;
-  add_rivals_of_wrong_map(
-      ahead, [&] { return clock.seconds(); }, rivals, refinement);
-  add_excluded(ahead, identified->excluded, refinement);
+  add_rivals_of_wrong_map(ahead, elapsed_s, rivals, refinement);
+  if (!prior_is_wrong) add_excluded(ahead, identified->excluded, refinement);
   exclude_separated_lamp(ahead, refinement, fix.excluded_lamps);
-  add_doubt(risk_of_strangers(refinement.poses.front(), scene, blobs, options.prior), refinement);
+  add_doubt(risk_of_strangers(refinement.poses.front(), scene, blobs, ahead.options.prior),
+            refinement);
   fix.choice = refinement.choice;
   fix.timing_s.refine_s = refine_clock.seconds();
 
@@ -347,11 +327,7 @@ Result<Fix> locate_blobs(const std::vector<Blob>& blobs, const Scene& scene,
   if (!(fix.risk <= options.max_risk) && result.status != Status::too_few_lamps)
     result.message += suspects(*refinement.poses.front().refined, blobs, scene);
   add_message(internal::scene::colours_not_compared(scene.lamps, blobs), result);
-  const int untried_percent = static_cast<int>(std::ceil(100 * identified->untried));
-  if (fix.cut_short)
-    add_message("the search for poses was cut short, with " + std::to_string(untried_percent) +
-                    " % of the groups of blobs untried",
-                result);
+  if (fix.cut_short) add_message(text_of_cut(identified->untried), result);
   return result;
 }
 

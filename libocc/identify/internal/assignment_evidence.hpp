@@ -38,6 +38,9 @@ Prior without_last_pose(Prior prior);
 /// pose if only that excludes it, otherwise none.
 std::optional<Prior> believed_at(const Prior& prior, const Rigid3& excluded);
 
+/// ln of the probability that a prior which excludes this pose is wrong.
+double log_misstated(const Prior& prior, const Rigid3& excluded);
+
 /// Probability of a pose that the prior excludes over that of the best pose; `log_ratio` is ln of
 /// that of their evidence with a given prior. If only the last pose excludes it, that is of another
 /// place that looks alike. In a regular map nothing else excludes that place, so every pose there

@@ -18,6 +18,9 @@ namespace occ::internal::identify {
 /// lamp, and if it misses some.
 inline constexpr double max_chance = 0.1, max_chance_if_missing = 0.01;
 
+/// Maximum expected number of wrong poses of a hypothesis that leaves blobs and ends the search.
+inline constexpr double max_chance_if_leaving = 1e-6;
+
 /// A hypothesis with this many pairs is very unlikely to be wrong, so fewer alternatives are tried.
 inline constexpr int strong_pairs = 6;
 
@@ -27,6 +30,10 @@ double gate_share(const AssignmentProblem& problem);
 /// True if the camera sees the lit side of the three lamps and their sizes agree with the blobs.
 bool appearance_agrees(const AssignmentProblem& problem, const Assignment& assignment,
                        const Rigid3& pose);
+
+/// True if the blobs of the pairs may be reflections of lamps. A reflection in a plane shows the
+/// mirror image of the map: the matched lamps are then one of other lamps.
+bool may_match_reflections(const AssignmentProblem& problem, const PoseHypothesis& e);
 
 /// A scoring function for groups of blobs: HypothesisVoting or ShapeVoting.
 struct VotingMethod {
@@ -50,9 +57,10 @@ class Search {
   double chance() const;
   int tried() const { return tried_; }  ///< assignments of three blobs
   /// True if the search stopped at max_hypotheses or at the deadline.
-  bool cut_short() const { return cut_short_; }
+  bool cut_short() const { return cut_short_ || !limit_elsewhere_.empty(); }
   std::string limit_reached() const;  ///< message of a search that was cut short
-  double untried() const;             ///< share of the groups of blobs left out; 0 unless cut short
+  /// Share of the groups of blobs left out; 0 unless the search with the prior was cut short.
+  double untried() const;
   /// Poses that only the prior excludes, see Identification::excluded.
   const std::vector<PoseHypothesis>& excluded() const { return excluded_; }
   bool excluded_listed() const { return excluded_listed_; }
@@ -116,7 +124,8 @@ class Search {
   bool prior_ = false;
   std::vector<PoseHypothesis> found_;
   int best_support_ = 0;
-  bool best_is_complete_ = false;  // a hypothesis of best_support_ leaves no blob or misses no lamp
+  // A hypothesis of best_support_ leaves no blob, or misses no lamp and is not accidental.
+  bool best_is_complete_ = false;
   int tried_ = 0;
   std::vector<Seed> seeds_;                   // those on the lit sides that agree with the prior
   std::vector<double> prior_chi2_of_seeds_;   // of all poses from three pairs
@@ -129,6 +138,7 @@ class Search {
   std::vector<PoseHypothesis> excluded_;
   bool excluded_listed_ = false;
   bool cut_short_ = false;
+  std::string limit_elsewhere_;  // message of a search without the prior that was cut short
 };
 
 }  // namespace occ::internal::identify
