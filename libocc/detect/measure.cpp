@@ -119,13 +119,9 @@ bool has_valley(const Patch& patch, const Ellipse& ellipse, double min_dip) {
   const Eigen::Vector2d along(std::cos(ellipse.angle_rad), std::sin(ellipse.angle_rad));
   double peak = 0, valley = 0, dip = 0;
   for (double t = -ellipse.semi_major_px; t <= ellipse.semi_major_px; t += 0.5) {
-    const Eigen::Vector2d at = ellipse.centre_px + t * along;
-    const int x = static_cast<int>(std::floor(at.x())), y = static_cast<int>(std::floor(at.y()));
-    if (!patch.contains(x, y) || !patch.contains(x + 1, y + 1)) continue;
-    const double u = at.x() - x, v = at.y() - y;
-    const float *upper = patch.at(x, y), *lower = patch.at(x, y + 1);
-    const double signal =
-        (1 - v) * ((1 - u) * upper[0] + u * upper[1]) + v * ((1 - u) * lower[0] + u * lower[1]);
+    const std::optional<double> sampled = patch.interpolated(ellipse.centre_px + t * along);
+    if (!sampled) continue;
+    const double signal = *sampled;
     dip = std::max(dip, std::min(peak, signal) - valley);
     valley = std::min(valley, signal);
     if (signal > peak) peak = valley = signal;

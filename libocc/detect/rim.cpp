@@ -64,7 +64,7 @@ double hole_of(const Patch& patch, const FittedConic& conic) {
         of_circle * Eigen::Vector2d(std::cos(angle), std::sin(angle)) / steps;
   }
   double brightest = 0;
-  for (int i = steps - 1; i >= 0; --i) {  // from the rim inwards
+  for (int i = steps; i >= 0; --i) {  // from the rim inwards
     double sum = 0;
     int seen = 0;
     for (const Eigen::Vector2d& by : step) {
@@ -141,6 +141,7 @@ std::optional<Rim> measure_rim(const Patch& patch, const Component& component, d
   double dazzled = 0;
   std::optional<Rim> rim = fit_rim(patch, outline->conic, blur_px, false, dazzled);
   if (!rim && dazzled > mostly) rim = fit_rim(patch, outline->conic, blur_px, true, dazzled);
+  if (!rim && hole_of(patch, outline->conic) > 0) rim = measure_narrow_ring(patch, component);
   return rim;
 }
 

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 
+#include "libocc/core/internal/dense.hpp"
+#include "libocc/core/math.hpp"
 #include "libocc/detect/internal/outline.hpp"
 #include "libocc/detect/internal/rim_tail.hpp"
 #include "libocc/detect/internal/subpixel.hpp"
@@ -11,10 +14,35 @@ namespace {
 
 constexpr double min_saturated_minor_px = 2;  // min semi-minor axis
 
-}  // namespace
+/// Moves the points of a narrow ring to where the signal has the same share of the peak near each
+/// of them. The peak varies linearly around the ring. Empty if its points determine no ellipse.
+std::optional<EllipseFit> follow_peak(const Patch& patch, const Tail& tail,
+                                      const FittedConic& conic, std::vector<RimPoint>& points) {
+  constexpr double max_width_px = 6, step_px = 0.5, min_share = 0.2;
+  Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d right = Eigen::Vector3d::Zero();
+  const auto row_at = [&](const RimPoint& point) {
+    const Eigen::Vector2d off = point.px - conic.centre;
+    return Eigen::Vector3d(1, off.x(), off.y());
+  };
+  for (const RimPoint& point : points) {
+    double peak = 0;
+    for (double depth = 0; depth <= max_width_px; depth += step_px)
+      peak = std::max(peak, patch.interpolated(point.px - depth * point.normal).value_or(0));
+    normal += row_at(point) * row_at(point).transpose();
+    right += peak * row_at(point);
+  }
+  const Eigen::Vector3d peak = core::solve_ldlt(normal, right);
+  for (RimPoint& point : points) {
+    const double share = std::max(min_share, row_at(point).dot(peak) / peak[0]);
+    point.px -= std::log(share) / tail.slope * point.normal;
+  }
+  return fit_ellipse(points, conic);
+}
 
-std::optional<Rim> measure_saturated_rim(const Patch& patch, const Component& component) {
-  const double level = rim_level * patch.full_scale_signal();
+/// Measures where the signal falls to a level, or to that share of a narrow ring's peak.
+std::optional<Rim> measure_rim_at(const Patch& patch, const Component& component, double level,
+                                  bool is_narrow) {
   if (!(level > 0)) return std::nullopt;
   const std::optional<Outline> outline = find_outline(patch, component, level);
   if (!outline) return std::nullopt;
@@ -38,10 +66,15 @@ std::optional<Rim> measure_saturated_rim(const Patch& patch, const Component& co
     conic = fit->conic;
     rim.fit = *fit;
     if (settled) {
+      if (is_narrow) {
+        const std::optional<EllipseFit> followed = follow_peak(patch, tail, conic, rim.points);
+        if (!followed) return std::nullopt;
+        rim.fit = *followed;
+      }
       align_normals(rim);
       // With light that is stronger by a relative amount p, the rim at a fixed level is p / decay
       // further outside.
-      rim.point_response = tail.light_response(conic.ellipse().semi_minor_px);
+      if (!is_narrow) rim.point_response = tail.light_response(conic.ellipse().semi_minor_px);
       rim.light_response_px2 =
           centre_response(rim.points, conic, rim.point_response.moves(rim.points, conic.centre));
       inflate_sigmas(rim);
@@ -52,6 +85,24 @@ std::optional<Rim> measure_saturated_rim(const Patch& patch, const Component& co
     }
   }
   return std::nullopt;
+}
+
+}  // namespace
+
+std::optional<Rim> measure_saturated_rim(const Patch& patch, const Component& component) {
+  return measure_rim_at(patch, component, rim_level * patch.full_scale_signal(), false);
+}
+
+std::optional<Rim> measure_narrow_ring(const Patch& patch, const Component& component) {
+  constexpr double growth_px = 0.5;  // 0.1 for a width of six sigmas of the blur, 0.9 for none
+  constexpr double shift_px = 0.03;  // rings whose light varies by 20 % about its mean: 0.01 to 0.1
+  std::optional<Rim> rim =
+      measure_rim_at(patch, component, rim_level * weighted_mean_signal(patch, component), true);
+  if (!rim || rim->merged) return rim;
+  rim->common_covariance_px2(0, 0) += square(growth_px);
+  rim->common_covariance_px2.diagonal().tail<4>().array() += square(shift_px);
+  rim->fit.centre_covariance_px2.diagonal().array() += square(shift_px);
+  return rim;
 }
 
 }  // namespace occ::internal::detect

@@ -3,6 +3,9 @@
 // noise. All sub-pixel measurements use a patch.
 #pragma once
 
+#include <Eigen/Core>
+#include <cmath>
+#include <optional>
 #include <vector>
 
 #include "libocc/detect/internal/components.hpp"
@@ -43,6 +46,15 @@ class Patch {
   /// at +width().
   const float* at(int x, int y) const {
     return signal_.data() + static_cast<std::ptrdiff_t>(y - y0_) * width_ + (x - x0_);
+  }
+
+  /// Signal between pixels, bilinear; empty outside the patch.
+  std::optional<double> interpolated(const Eigen::Vector2d& px) const {
+    const int x = static_cast<int>(std::floor(px.x())), y = static_cast<int>(std::floor(px.y()));
+    if (!contains(x, y) || !contains(x + 1, y + 1)) return std::nullopt;
+    const double u = px.x() - x, v = px.y() - y;
+    const float *upper = at(x, y), *lower = at(x, y + 1);
+    return (1 - v) * ((1 - u) * upper[0] + u * upper[1]) + v * ((1 - u) * lower[0] + u * lower[1]);
   }
 
   double background_dn() const { return background_dn_; }  ///< linear, at the component's centre

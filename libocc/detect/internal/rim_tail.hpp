@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Internal: rim points of a lamp that is clipped at full scale.
+// Internal: rim points of a lamp of which only the tail of the edge is used: it is clipped at full
+// scale, or so narrow that there is nothing but edges.
 //
-// Only the tail of the edge is below full scale. Its shape is estimated from the blob itself
-// instead of a PSF: the logarithm of the signal around the whole rim is a parabola in the distance
-// from the rim.
+// The shape of the tail is estimated from the blob itself instead of a PSF: the logarithm of the
+// signal around the whole rim is a parabola in the distance from the rim.
 #pragma once
 
 #include <Eigen/Core>
@@ -19,9 +19,9 @@
 namespace occ::internal::detect {
 
 inline constexpr double dimmest_used =
-    0.03;  ///< part of full scale; the brightest is clipped_share
+    0.03;  ///< part of full scale or of the peak; the brightest is clipped_share
 inline constexpr double inside_px = 1.5, outside_px = 4;  ///< window about the rim
-inline constexpr double rim_level = 0.5;                  ///< signal at the rim, of full scale
+inline constexpr double rim_level = 0.5;  ///< signal at the rim, of full scale or of the peak
 inline constexpr int max_saturated_passes = 8;
 inline constexpr double saturated_settled_px = 0.003;  ///< limit of the last change
 
@@ -68,7 +68,7 @@ struct Sample {
 /// Calls f(distance from the rim, signal) for the samples of a line that are neither clipped nor
 /// close to the background.
 template <typename F>
-void for_each_sample(const Patch& patch, const RimLine& line, F&& f) {
+void for_each_sample(const Patch& patch, const RimLine& line, double level, F&& f) {
   const double cosine = line.cosine(), outward = line.outward;
   const double inner = line.edge - outward * inside_px / cosine;
   const double outer = line.edge + outward * outside_px / cosine;
@@ -77,7 +77,7 @@ void for_each_sample(const Patch& patch, const RimLine& line, F&& f) {
   if (!line.inside(patch, low, high)) return;
   const float* pixel = line.pixel(patch, low);
   const double curvature = std::abs(line.bend) * cosine * cosine * cosine;
-  const double full = patch.full_scale_signal();
+  const double full = level / rim_level;
   for (int along = low; along <= high; ++along, pixel += line.step(patch)) {
     const double signal = *pixel;
     if (!(signal < clipped_share * full && signal > dimmest_used * full)) continue;
@@ -92,7 +92,7 @@ Tail fit_tail(const Patch& patch, const Lines& lines, double level) {
   Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
   Eigen::Vector3d right = Eigen::Vector3d::Zero();
   lines([&](const RimLine& line) {
-    for_each_sample(patch, line, [&](double t, double signal) {
+    for_each_sample(patch, line, level, [&](double t, double signal) {
       const Eigen::Vector3d row(1, -t, -t * t);
       const double weight = square(signal) / patch.noise().variance(signal);
       normal += weight * row * row.transpose();
@@ -114,7 +114,7 @@ std::vector<RimPoint> fit_points(const Patch& patch, const Lines& lines, const T
   std::vector<RimPoint> points;
   lines([&](const RimLine& line) {
     double numerator = 0, denominator = 0;
-    for_each_sample(patch, line, [&](double t, double signal) {
+    for_each_sample(patch, line, level, [&](double t, double signal) {
       const double model = tail.signal(level, t);
       const double weight = 1 / patch.noise().variance(model);
       const double slope = model * tail.decay(t);
@@ -135,7 +135,7 @@ double tail_misfit(const Patch& patch, const Lines& lines, const Tail& tail, dou
   double chi2 = 0;
   int samples = 0;
   lines([&](const RimLine& line) {
-    for_each_sample(patch, line, [&](double t, double signal) {
+    for_each_sample(patch, line, level, [&](double t, double signal) {
       const double model = tail.signal(level, t);
       chi2 += square(signal - model) / patch.noise().variance(model);
       ++samples;

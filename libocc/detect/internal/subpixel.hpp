@@ -63,6 +63,10 @@ std::optional<Rim> measure_rim(const Patch& patch, const Component& component, d
 /// the true rim by nearly the same distance all around.
 std::optional<Rim> measure_saturated_rim(const Patch& patch, const Component& component);
 
+/// Measures the outer rim of a ring that is so narrow that its level is not known: where the signal
+/// falls to half of its peak. How far outside the true rim that is remains as a common error.
+std::optional<Rim> measure_narrow_ring(const Patch& patch, const Component& component);
+
 /// Rim of a lamp with straight sides.
 struct PolygonRim {
   Polygon polygon;
