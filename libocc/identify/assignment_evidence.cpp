@@ -61,7 +61,8 @@ double log_size_ratio(const BearingObservation& observation, const MapPoint& map
                       double distance_m) {
   constexpr double log_range = 6, relative = 0.1, hidden = 0.02;
   if (!map_point.disc || !(observation.radius_rad > 0)) return 0;
-  const double sigma = std::hypot(relative, observation.radius_sigma);
+  const double sigma =
+      std::hypot(std::hypot(relative, observation.radius_sigma), map_point.size_sigma);
   const double off = std::log(observation.radius_rad * distance_m / map_point.radius_m);
   const double ratio =
       std::exp(-0.5 * square(off / sigma)) * log_range / (std::sqrt(2 * pi) * sigma);

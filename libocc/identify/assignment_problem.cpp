@@ -39,6 +39,7 @@ void add_errors_of_map(AssignmentProblem& problem) {
 MapPoint to_map_point(const Lamp& lamp) {
   MapPoint map_point{lamp.centre_m, lamp.normal.normalized(), lamp.reach_m(),
                      lamp.shape == LampShape::disc};
+  map_point.size_sigma = lamp.size_sigma;
   map_point.power_w = lamp.power_w;
   map_point.power_sigma = lamp.power_sigma;
   map_point.order = lamp.order();

@@ -15,6 +15,7 @@
 #include "libocc/identify/internal/search.hpp"
 #include "libocc/identify/internal/search_by_one_lamp.hpp"
 #include "libocc/identify/internal/verdict.hpp"
+#include "libocc/identify/internal/wrong_sizes.hpp"
 #include "libocc/scene/internal/lamp_colours.hpp"
 
 namespace occ {
@@ -197,6 +198,8 @@ Result<Identification> internal::identify::solve_assignment(const AssignmentProb
   const std::vector<PoseHypothesis>& found = one.hypotheses;
   if (found.empty()) {
     result.value.circles = std::move(one.circles);
+    const std::string advice = result.status == Status::no_pose ? advice_on_sizes(problem) : "";
+    if (!advice.empty()) result.message += "; " + advice;
     return result;
   }
   result.status = Status::ok;

@@ -186,7 +186,9 @@ bool sizes_agree(const BearingObservation& observation, const MapPoint& map_poin
                  const Eigen::Vector3d& point) {
   if (!map_point.disc || observation.max_radius_rad == 0) return true;
   const double radius_rad = map_point.radius_m / point.norm();
-  return radius_rad > observation.min_radius_rad && radius_rad < observation.max_radius_rad;
+  const double tolerance = map_point.size_tolerance();
+  return radius_rad > observation.min_radius_rad / tolerance &&
+         radius_rad < observation.max_radius_rad * tolerance;
 }
 
 std::optional<PairFit> fit_of_pair(const AssignmentProblem& problem, const Pair& pair,

@@ -33,12 +33,14 @@ struct Verdicts {
   int images = 0, ok = 0, wrong = 0;
   double worst_m = 0;     ///< largest error of a fix that is ok
   double size_sigma = 0;  ///< largest estimated one
+  int advised = 0;        ///< messages that say by what factor the sizes are off
 };
 
 /// Images of lamps whose radius is `factor` times that in the map, each with an error of
-/// `size_sigma` of its own.
-Verdicts verdicts(double factor, double size_sigma, int images) {
-  const Scene map = room_of_six();
+/// `size_sigma` of its own. The map states `stated_sigma`.
+Verdicts verdicts(double factor, double size_sigma, int images, double stated_sigma = 0) {
+  Scene map = room_of_six();
+  for (Lamp& lamp : map.lamps) lamp.size_sigma = stated_sigma;
   Verdicts found;
   for (int i = 0; i < images; ++i) {
     Random random(static_cast<std::uint64_t>(i), 5);
@@ -53,6 +55,7 @@ Verdicts verdicts(double factor, double size_sigma, int images) {
     options.seed = static_cast<std::uint64_t>(i);
     const Result<Fix> fix = locate(simulate(truth, pose, options).image.view(), map);
     ++found.images;
+    found.advised += fix.message.find("1.5 times as large as predicted") != std::string::npos;
     if (!fix.ok()) continue;
     ++found.ok;
     const Eigen::Vector3d off_m = fix->position_m - at;
@@ -78,6 +81,19 @@ TEST(LitSize, SmallerThanStatedIsLocatedByDirections) { expect_located(0.86, 0);
 TEST(LitSize, LargerThanStatedIsLocatedByDirections) { expect_located(1.15, 0); }
 
 TEST(LitSize, OfEachLampMayDiffer) { expect_located(0.88, 0.02); }
+
+TEST(LitSize, LargeErrorsAreLocatedIfTheMapStatesThem) {
+  const Verdicts found = verdicts(1.5, 0, 12, 0.3);
+  EXPECT_GE(found.ok, 8);
+  EXPECT_EQ(found.wrong, 0);
+  EXPECT_LT(found.worst_m, 0.01);
+}
+
+TEST(LitSize, LargeErrorsThatAreNotStatedAreNamed) {
+  const Verdicts found = verdicts(1.5, 0, 12);
+  EXPECT_EQ(found.ok, 0);
+  EXPECT_GE(found.advised, 8);
+}
 
 }  // namespace
 }  // namespace occ

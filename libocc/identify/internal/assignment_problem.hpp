@@ -52,11 +52,15 @@ struct MapPoint {
   double cone_cos = 0;  ///< cosine of the half angle of the cone from which the point is visible; 0
                         ///< for a lamp (half space), -2 for a point that is visible from everywhere
   double reliable_cos = 0.1;  ///< cosine of the narrower cone from which detection is certain
+  double size_sigma = 0;      ///< relative standard deviation of radius_m
   double power_w = 0, power_sigma = 0, order = 1;  ///< power 0: unknown
   bool steady = true;  ///< false for a blinking lamp, whose flux is between dark and lit
   /// Emission by the photometry of the lamp, in the world's frame; none: Lambertian with `order`.
   std::shared_ptr<const scene::LampEmission> measured = nullptr;
   bool duplicate = false;  ///< an earlier point has the same position and represents both
+
+  /// Factor by which the true radius may be larger or smaller.
+  double size_tolerance() const { return 1 + 3 * size_sigma; }
 };
 
 struct AssignmentProblem {
