@@ -84,14 +84,13 @@ double hole_of(const Patch& patch, const FittedConic& conic) {
   return 0;
 }
 
-/// Fits the rim, starting from the outline. `dazzled`: share of the lines that were left out
-/// because of light outside the rim.
-std::optional<Rim> fit_rim(const Patch& patch, FittedConic conic, double blur_px, bool glow,
-                           double& dazzled) {
+/// Fits the rim, starting from the outline. `hole`: hole_of(). `dazzled`: share of the lines that
+/// were left out because of light outside the rim.
+std::optional<Rim> fit_rim(const Patch& patch, FittedConic conic, double hole, double blur_px,
+                           bool glow, double& dazzled) {
   Rim rim;
   rim.blur_px = blur_px;
   dazzled = 0;
-  const double hole = hole_of(patch, conic);
   for (int pass = 0; pass < max_rim_passes; ++pass) {
     if (conic.ellipse().semi_minor_px < min_minor_px) return std::nullopt;
     const std::optional<Plateau> plateau = Plateau::fit(patch, conic, rim.blur_px, hole);
@@ -130,18 +129,20 @@ std::optional<Rim> fit_rim(const Patch& patch, FittedConic conic, double blur_px
 
 std::optional<Rim> measure_rim(const Patch& patch, const Component& component, double blur_px) {
   constexpr double mostly = 0.25;  // of the lines are dazzled: not a neighbour, but a bezel
-  const std::optional<Outline> outline =
-      find_outline(patch, component, 0.5 * weighted_mean_signal(patch, component));
+  const double level = 0.5 * weighted_mean_signal(patch, component);
+  const std::optional<Outline> outline = find_outline(patch, component, level);
   if (!outline) return std::nullopt;
   if (outline->merged) {
     Rim rim;
     rim.merged = true;
     return rim;
   }
+  const FittedConic& conic = outline->conic;
+  const double hole = hole_of(patch, conic);
   double dazzled = 0;
-  std::optional<Rim> rim = fit_rim(patch, outline->conic, blur_px, false, dazzled);
-  if (!rim && dazzled > mostly) rim = fit_rim(patch, outline->conic, blur_px, true, dazzled);
-  if (!rim && hole_of(patch, outline->conic) > 0) rim = measure_narrow_ring(patch, component);
+  std::optional<Rim> rim = fit_rim(patch, conic, hole, blur_px, false, dazzled);
+  if (!rim && dazzled > mostly) rim = fit_rim(patch, conic, hole, blur_px, true, dazzled);
+  if (!rim && hole > 0) rim = measure_narrow_ring(patch, conic, level);
   return rim;
 }
 

@@ -40,16 +40,11 @@ std::optional<EllipseFit> follow_peak(const Patch& patch, const Tail& tail,
   return fit_ellipse(points, conic);
 }
 
-/// Measures where the signal falls to a level, or to that share of a narrow ring's peak.
-std::optional<Rim> measure_rim_at(const Patch& patch, const Component& component, double level,
+/// Measures where the signal falls to a level, or to that share of a narrow ring's peak. `conic`:
+/// the ellipse of the crossings of the level.
+std::optional<Rim> measure_rim_at(const Patch& patch, FittedConic conic, double level,
                                   bool is_narrow) {
-  if (!(level > 0)) return std::nullopt;
-  const std::optional<Outline> outline = find_outline(patch, component, level);
-  if (!outline) return std::nullopt;
   Rim rim;
-  rim.merged = outline->merged;
-  if (rim.merged) return rim;
-  FittedConic conic = outline->conic;
   double last_rim_px = 0;
   for (int pass = 0; pass < max_saturated_passes; ++pass) {
     if (conic.ellipse().semi_minor_px < min_saturated_minor_px) return std::nullopt;
@@ -70,11 +65,12 @@ std::optional<Rim> measure_rim_at(const Patch& patch, const Component& component
         const std::optional<EllipseFit> followed = follow_peak(patch, tail, conic, rim.points);
         if (!followed) return std::nullopt;
         rim.fit = *followed;
+      } else {
+        // With light that is stronger by a relative amount p, the rim at a fixed level is p / decay
+        // further outside.
+        rim.point_response = tail.light_response(conic.ellipse().semi_minor_px);
       }
       align_normals(rim);
-      // With light that is stronger by a relative amount p, the rim at a fixed level is p / decay
-      // further outside.
-      if (!is_narrow) rim.point_response = tail.light_response(conic.ellipse().semi_minor_px);
       rim.light_response_px2 =
           centre_response(rim.points, conic, rim.point_response.moves(rim.points, conic.centre));
       inflate_sigmas(rim);
@@ -90,15 +86,24 @@ std::optional<Rim> measure_rim_at(const Patch& patch, const Component& component
 }  // namespace
 
 std::optional<Rim> measure_saturated_rim(const Patch& patch, const Component& component) {
-  return measure_rim_at(patch, component, rim_level * patch.full_scale_signal(), false);
+  const double level = rim_level * patch.full_scale_signal();
+  if (!(level > 0)) return std::nullopt;
+  const std::optional<Outline> outline = find_outline(patch, component, level);
+  if (!outline) return std::nullopt;
+  if (outline->merged) {
+    Rim rim;
+    rim.merged = true;
+    return rim;
+  }
+  return measure_rim_at(patch, outline->conic, level, false);
 }
 
-std::optional<Rim> measure_narrow_ring(const Patch& patch, const Component& component) {
+std::optional<Rim> measure_narrow_ring(const Patch& patch, const FittedConic& outline,
+                                       double level) {
   constexpr double growth_px = 0.5;  // 0.1 for a width of six sigmas of the blur, 0.9 for none
   constexpr double shift_px = 0.03;  // rings whose light varies by 20 % about its mean: 0.01 to 0.1
-  std::optional<Rim> rim =
-      measure_rim_at(patch, component, rim_level * weighted_mean_signal(patch, component), true);
-  if (!rim || rim->merged) return rim;
+  std::optional<Rim> rim = measure_rim_at(patch, outline, level, true);
+  if (!rim) return rim;
   rim->common_covariance_px2(0, 0) += square(growth_px);
   rim->common_covariance_px2.diagonal().tail<4>().array() += square(shift_px);
   rim->fit.centre_covariance_px2.diagonal().array() += square(shift_px);

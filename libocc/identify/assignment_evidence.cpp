@@ -63,7 +63,7 @@ double log_size_ratio(const BearingObservation& observation, const MapPoint& map
   if (!map_point.disc || !(observation.radius_rad > 0)) return 0;
   const double sigma =
       std::hypot(std::hypot(relative, observation.radius_sigma), map_point.size_sigma);
-  const double off = std::log(observation.radius_rad * distance_m / map_point.radius_m);
+  const double off = std::log(size_ratio(observation, map_point, distance_m));
   const double ratio =
       std::exp(-0.5 * square(off / sigma)) * log_range / (std::sqrt(2 * pi) * sigma);
   return std::log((1 - hidden) * ratio + hidden);
@@ -221,10 +221,8 @@ double share_of_excluded(const Prior& prior, const Rigid3& excluded,
                          const std::function<double(const std::optional<Prior>&)>& log_ratio) {
   constexpr double max_log = 100;  // larger ratios have the same effect
   const std::optional<Prior> believed = believed_at(prior, excluded);
-  const double misstated = log_misstated(prior, excluded);
-  const double log = is_by_last_pose(prior, excluded)
-                         ? misstated + log_ratio(believed)
-                         : std::max(misstated + log_ratio(std::nullopt), log_ratio(prior));
+  double log = log_misstated(prior, excluded) + log_ratio(believed);
+  if (!is_by_last_pose(prior, excluded)) log = std::max(log, log_ratio(prior));
   return std::exp(std::min(log, max_log));
 }
 

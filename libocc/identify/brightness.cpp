@@ -61,8 +61,8 @@ void add_sizes(const AssignmentProblem& problem, const Pair& pair, const Rigid3&
   const Eigen::Vector3d point = pose * t.centre;
   const double distance = point.norm();
   const double cosine = -(pose.rotation * t.normal).dot(point) / distance;
-  sizes.push_back({std::log(s.radius_rad * distance / t.radius_m),
-                   std::hypot(s.radius_sigma, t.size_sigma), false});
+  sizes.push_back(
+      {std::log(size_ratio(s, t, distance)), std::hypot(s.radius_sigma, t.size_sigma), false});
   if (cosine > min_cosine)
     sizes.push_back({std::log(s.flatness / cosine), s.radius_sigma * (1 + 1 / cosine), false});
 }

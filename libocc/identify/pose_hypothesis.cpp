@@ -8,6 +8,8 @@
 #include <limits>
 #include <optional>
 
+#include "libocc/identify/internal/size_consistency.hpp"
+
 namespace occ::internal::identify {
 namespace {
 
@@ -184,11 +186,9 @@ bool faces(const MapPoint& map_point, const Eigen::Vector3d& camera_position) {
 
 bool sizes_agree(const BearingObservation& observation, const MapPoint& map_point,
                  const Eigen::Vector3d& point) {
-  if (!map_point.disc || observation.max_radius_rad == 0) return true;
-  const double radius_rad = map_point.radius_m / point.norm();
-  const double tolerance = map_point.size_tolerance();
-  return radius_rad > observation.min_radius_rad / tolerance &&
-         radius_rad < observation.max_radius_rad * tolerance;
+  const DistanceRange permitted = distances_m(observation, map_point);
+  const double distance_m = point.norm();
+  return distance_m >= permitted.low && distance_m <= permitted.high;
 }
 
 std::optional<PairFit> fit_of_pair(const AssignmentProblem& problem, const Pair& pair,

@@ -37,8 +37,8 @@ double max_separation(const DistanceRange& a, const DistanceRange& b, double cos
 
 DistanceRange distances_m(const BearingObservation& observation, const MapPoint& map_point) {
   if (!map_point.disc || observation.max_radius_rad == 0) return {};
-  const double low_m = map_point.radius_m / map_point.size_tolerance();
-  const double high_m = map_point.radius_m * map_point.size_tolerance();
+  const double tolerance = 1 + 3 * map_point.size_sigma;
+  const double low_m = map_point.radius_m / tolerance, high_m = map_point.radius_m * tolerance;
   return {low_m / observation.max_radius_rad,
           observation.min_radius_rad > 0 ? high_m / observation.min_radius_rad : infinity};
 }

@@ -20,7 +20,7 @@ std::vector<double> size_ratios(const AssignmentProblem& problem, const PoseHypo
     const BearingObservation& s = problem.observation(pair.observation);
     const MapPoint& t = problem.map_point(pair.map_point);
     if (t.disc && s.radius_rad > 0)
-      ratios.push_back(s.radius_rad * (e.estimate.pose * t.centre).norm() / t.radius_m);
+      ratios.push_back(size_ratio(s, t, (e.estimate.pose * t.centre).norm()));
   }
   return ratios;
 }

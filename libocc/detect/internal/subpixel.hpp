@@ -64,8 +64,10 @@ std::optional<Rim> measure_rim(const Patch& patch, const Component& component, d
 std::optional<Rim> measure_saturated_rim(const Patch& patch, const Component& component);
 
 /// Measures the outer rim of a ring that is so narrow that its level is not known: where the signal
-/// falls to half of its peak. How far outside the true rim that is remains as a common error.
-std::optional<Rim> measure_narrow_ring(const Patch& patch, const Component& component);
+/// falls to `level`, half of its peak. How far outside the true rim that is remains as a common
+/// error. `outline`: the ellipse of the crossings of that level.
+std::optional<Rim> measure_narrow_ring(const Patch& patch, const FittedConic& outline,
+                                       double level);
 
 /// Rim of a lamp with straight sides.
 struct PolygonRim {

@@ -58,10 +58,13 @@ struct MapPoint {
   /// Emission by the photometry of the lamp, in the world's frame; none: Lambertian with `order`.
   std::shared_ptr<const scene::LampEmission> measured = nullptr;
   bool duplicate = false;  ///< an earlier point has the same position and represents both
-
-  /// Factor by which the true radius may be larger or smaller.
-  double size_tolerance() const { return 1 + 3 * size_sigma; }
 };
+
+/// Apparent over predicted size of a disc with a measured radius.
+inline double size_ratio(const BearingObservation& observation, const MapPoint& disc,
+                         double distance_m) {
+  return observation.radius_rad * distance_m / disc.radius_m;
+}
 
 struct AssignmentProblem {
   const std::vector<Blob>* blobs = nullptr;
