@@ -81,6 +81,9 @@ struct Blob {
   bool saturated = false;  ///< pixels at full scale: the rim has grown, the flux is a lower bound
   bool merged = false;     ///< its shape is that of several lamps
   bool cut_by_border = false;  ///< touches the image border: centroid and flux of the visible part
+  /// Something in front hides a part of a disc: the rim is the visible part, and the centroid that
+  /// of the ellipse through it; the flux is a lower bound.
+  bool hidden_in_part = false;
   bool patterned = false;  ///< several bright parts with gaps, or one with gaps, such as the cells
                            ///< of a louvre: only the centre of their common outline is known
   bool striped = false;    ///< rolling-shutter stripes joined into one blob

@@ -34,6 +34,8 @@ struct LIBOCC_API DetectOptions {
   bool rims = true;   ///< measure sub-pixel rims of discs (takes most of the time)
   bool polygons = true;  ///< with `rims`: also those of lamps with straight sides. Without, such
                          ///< lamps count as merged discs
+  bool discs = true;  ///< lamps may be discs: with `rims`, one that is hidden in part is measured
+                      ///< by its visible rim, or else its centre is uncertain accordingly
   /// With `rims`: also measure outlines of any other shape (Blob::free_form), such as Lame curves.
   /// The blob of several lamps that touch may have one, too, so locate() does so only for scenes
   /// with lamps of such shapes. Without, they are known by their centres.

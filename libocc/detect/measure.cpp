@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "libocc/core/math.hpp"
+#include "libocc/detect/internal/outline.hpp"
 #include "libocc/detect/internal/quadrilateral.hpp"
 #include "libocc/detect/internal/subpixel.hpp"
 
@@ -18,6 +19,7 @@ namespace {
 constexpr double min_rim_px = 3;           // min semi-minor axis for a rim measurement
 constexpr double min_tube_elongation = 3;  // min axis ratio of a blob that may be a tube
 constexpr double max_spot_px = 5;          // max semi-minor axis for a spot measurement
+constexpr double scattered_px = 0.1;       // scatter of a rim's points of which some may be hidden
 constexpr double saturated_share = 0.05;  // with more saturated pixels the rim is that of a clipped
                                           // disc
 constexpr double default_psf_px = 0.8;    // PSF sigma without a sensor, as Sensor::psf_sigma_px
@@ -85,6 +87,54 @@ Blob coarse_blob(const Component& component) {
   blob.covariance_px2 =
       relative * relative * (component.shape.variance() + pixel_px2 * Eigen::Matrix2d::Identity());
   return blob;
+}
+
+/// Share of a lamp's light, capped at half of its level, that the same light turned by 180 degrees
+/// about the centre does not cover, beyond noise; 0 if noise may be the reason.
+double asymmetry(const Patch& patch, const Component& component, const Eigen::Vector2d& centre_px) {
+  constexpr double sigmas = 3, mean_part = 0.4, part_variance = 0.34;  // of max(0, normal variable)
+  const Noise& noise = patch.noise();
+  const double limit = dip_sigmas * std::sqrt(noise.floor);
+  const double cap = std::max(limit, 0.5 * weighted_mean_signal(patch, component));
+  const auto capped = [&](double signal) { return signal > limit ? std::min(signal, cap) : 0.0; };
+  double all = 0, uncovered = 0, mean = 0, variance = 0;
+  for (int y = component.y0 - skirt_px; y <= component.y1 + skirt_px; ++y)
+    for (int x = component.x0 - skirt_px; x <= component.x1 + skirt_px; ++x) {
+      if (!patch.contains(x, y)) continue;
+      const double here = capped(*patch.at(x, y));
+      if (here == 0) continue;
+      const Eigen::Vector2d opposite = 2 * centre_px - Eigen::Vector2d(x, y);
+      const double there = capped(patch.interpolated(opposite).value_or(0));
+      all += here;
+      uncovered += std::max(0.0, here - there);
+      if (here == cap && there == cap) continue;
+      const double pixel_variance = noise.variance(here) + noise.variance(there);
+      mean += mean_part * std::sqrt(pixel_variance);
+      variance += part_variance * pixel_variance;
+    }
+  const double excess = uncovered - mean;
+  return excess > sigmas * std::sqrt(variance) ? excess / all : 0;
+}
+
+/// Inflates the covariance of what may be the visible part of a disc: it does not look the same
+/// when turned by 180 degrees. Its centre is 0.95 to 1.3 times as far from that of a disc behind a
+/// straight edge as stated here, whatever the hidden part.
+void inflate_by_hidden_part(const Patch& patch, const Component& component, double blur2,
+                            Blob& blob) {
+  constexpr double edge_px = 0.1;   // error of an edge by its pixels
+  constexpr double min_minor2 = 1;  // square of the semi-minor axis without blur
+  // A part that is much longer than a disc uncovers a fifth; a tube in perspective, less.
+  constexpr double long_ratio = 2.5, min_share_if_long = 0.1;
+  const auto sharp = [&](double axis_px) {
+    return std::sqrt(std::max(min_minor2, square(axis_px) - 4 * blur2));
+  };
+  const double major_px = sharp(blob.ellipse.semi_major_px);
+  const double minor_px = sharp(blob.ellipse.semi_minor_px);
+  const double share = asymmetry(patch, component, blob.centroid_px);
+  const double by_edges = edge_px * (major_px + minor_px) / (2 * major_px * minor_px);
+  if (share < (major_px > long_ratio * minor_px ? min_share_if_long : by_edges)) return;
+  const double spread_px = share * square(major_px) / minor_px;
+  blob.covariance_px2 += square(spread_px) * Eigen::Matrix2d::Identity();
 }
 
 /// Inflates the covariance if the centroid is more than half a pixel from the middle of the box, as
@@ -194,6 +244,14 @@ void use_points(Shape& rim, Blob& blob) {
   blob.rim_light_depth_px = rim.point_response.depth_px;
 }
 
+/// Points that scatter for another reason than noise, such as a beam in front of the lamp, err
+/// alike along parts of the rim: its centre is off by up to about half of their scatter.
+void add_shift_of_scatter(Rim& rim) {
+  const double variance_px2 = square(0.5 * rim.fit.rms_px);
+  rim.fit.centre_covariance_px2.diagonal().array() += variance_px2;
+  rim.common_covariance_px2.diagonal().segment<2>(1).array() += variance_px2;
+}
+
 bool use_rim(std::optional<Rim>&& rim, Blob& blob) {
   if (!rim) return false;
   blob.merged = rim->merged;
@@ -243,47 +301,61 @@ bool use_spot(const std::optional<Spot>& spot, double blur2, Blob& blob) {
 /// The light of an unevenly lit lamp has another centre than its outline, which lacks the dimmest
 /// part: half of the difference remains as an error. Of an evenly lit lamp the light is more
 /// accurate.
-void use_outline(const Eigen::Vector2d& centre_px, Blob& blob) {
+void use_outline_centre(const Eigen::Vector2d& centre_px, Blob& blob) {
   constexpr double uneven_px = 1;  // more than the error of an outline of whole pixels
   const Eigen::Vector2d apart = centre_px - blob.centroid_px;
   blob.covariance_px2 += 0.25 * apart * apart.transpose();
   if (apart.norm() > uneven_px) blob.centroid_px = centre_px;
 }
 
+/// Measures the rim of a disc; of one whose points scatter, the visible part if there is one.
+bool use_disc(const Patch& patch, const Component& component, const DetectOptions& options,
+              double blur_px, bool clipped, Blob& blob) {
+  std::optional<Rim> rim =
+      clipped ? measure_saturated_rim(patch, component) : measure_rim(patch, component, blur_px);
+  if (options.discs && rim && rim->fit.rms_px > scattered_px) {
+    blob.hidden_in_part = use_rim(measure_rim_in_part(patch, component, blur_px, clipped), blob);
+    if (blob.hidden_in_part) return true;
+    add_shift_of_scatter(*rim);
+  }
+  return use_rim(std::move(rim), blob);
+}
+
+/// Measures the outline of a large blob that is no whole disc.
+bool use_outline(const Patch& patch, const Component& component, const DetectOptions& options,
+                 double blur_px, bool clipped, Blob& blob) {
+  if (options.polygons && use_polygon(clipped ? measure_saturated_polygon(patch, component)
+                                              : measure_polygon(patch, component, blur_px),
+                                      blob))
+    return true;
+  if (options.discs) {
+    blob.hidden_in_part = use_rim(measure_rim_in_part(patch, component, blur_px, clipped), blob);
+    if (blob.hidden_in_part) return true;
+  }
+  return options.polygons && options.free_forms &&
+         use_free_rim(clipped ? measure_saturated_free_rim(patch, component)
+                              : measure_free_rim(patch, component, blur_px),
+                      options.hollows, blob);
+}
+
 /// Measures the centre: by the rim if there is one, else as a spot, else by moments.
 void measure_centre(const Patch& patch, const Component& component, const DetectOptions& options,
                     Blob& blob, bool& is_quadrilateral) {
   const double psf_px = options.sensor ? options.sensor->psf_sigma_px : default_psf_px;
-  const double blur2 = psf_px * psf_px + pixel_px2;
+  const double blur2 = psf_px * psf_px + pixel_px2, blur_px = std::sqrt(blur2);
   const double minor2 = blob.ellipse.semi_minor_px * blob.ellipse.semi_minor_px - 4 * blur2;
   const bool clipped = component.saturated_px > saturated_share * component.area_px;
   std::optional<Eigen::Vector2d> outline_centre;
   const bool has_rim = options.rims && minor2 > min_rim_px * min_rim_px;
-  if (has_rim) {
-    if (use_rim(clipped ? measure_saturated_rim(patch, component)
-                        : measure_rim(patch, component, std::sqrt(blur2)),
-                blob)) {
-      return;
-    }
-  }
+  if (has_rim && use_disc(patch, component, options, blur_px, clipped, blob)) return;
   // The rim of a disc was not found, and the blob is no small spot.
   const bool long_blob =
       blob.ellipse.semi_major_px > min_tube_elongation * blob.ellipse.semi_minor_px;
   const bool large = minor2 > max_spot_px * max_spot_px;
-  if (has_rim && options.polygons && (blob.merged || long_blob || large)) {
-    if (use_polygon(clipped ? measure_saturated_polygon(patch, component)
-                            : measure_polygon(patch, component, std::sqrt(blur2)),
-                    blob)) {
-      return;
-    }
-    if (options.free_forms &&
-        use_free_rim(clipped ? measure_saturated_free_rim(patch, component)
-                             : measure_free_rim(patch, component, std::sqrt(blur2)),
-                     options.hollows, blob)) {
-      return;
-    }
+  if (has_rim && (blob.merged || long_blob || large)) {
+    if (use_outline(patch, component, options, blur_px, clipped, blob)) return;
     // Too small or too uneven for that, or its outline is another one.
-    outline_centre = blob.merged ? quadrilateral_centre(patch, component) : std::nullopt;
+    if (options.polygons && blob.merged) outline_centre = quadrilateral_centre(patch, component);
     is_quadrilateral = outline_centre.has_value();
     if (is_quadrilateral) blob.merged = false;
   }
@@ -292,11 +364,19 @@ void measure_centre(const Patch& patch, const Component& component, const Detect
     start.diagonal() = start.diagonal().cwiseMax(blur2);
     const double sharpest_px = options.sensor ? sharpest_share * psf_px : sharpest_psf_px;
     const double min_variance = sharpest_px * sharpest_px + pixel_px2;
-    if (use_spot(measure_spot(patch, blob.centroid_px, start, min_variance), blur2, blob)) return;
+    if (use_spot(measure_spot(patch, blob.centroid_px, start, min_variance), blur2, blob)) {
+      if (options.discs && (has_rim || long_blob))
+        inflate_by_hidden_part(patch, component, blur2, blob);
+      return;
+    }
   }
   measure_moments(patch, component, blur2, blob);
-  if (outline_centre) use_outline(*outline_centre, blob);
-  if (has_rim) inflate_if_asymmetric(blob);
+  if (outline_centre) use_outline_centre(*outline_centre, blob);
+  if (options.discs && (has_rim || long_blob)) {
+    inflate_by_hidden_part(patch, component, blur2, blob);
+  } else if (has_rim) {
+    inflate_if_asymmetric(blob);
+  }
 }
 
 }  // namespace

@@ -144,6 +144,41 @@ double excess_scatter(const Polygon& polygon, const SidePoints& points) {
   return std::max(1.0, chi2 / dof - std::sqrt(2 / dof));
 }
 
+/// True if the sides turn between the corners by a part of the 360 degrees of all corners, as those
+/// of a polygon around a curve do: the points in the middle half of a side lie outside those in its
+/// outer quarters. A lens bends the sides less.
+bool is_curve(const Polygon& polygon, const SidePoints& points) {
+  constexpr double max_turn_rad = 0.12 * 2 * pi;
+  if (points.size() <= 4) return false;
+  double turn_rad = 0;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Eigen::Vector2d from = polygon.corners_px[i], to = polygon.corner_after(i);
+    const double length = (to - from).norm();
+    const Eigen::Vector2d along = (to - from) / length, normal = polygon.normal(i);
+    double low = length, high = 0;
+    for (const RimPoint& point : points[i]) {
+      low = std::min(low, along.dot(point.px - from));
+      high = std::max(high, along.dot(point.px - from));
+    }
+    const double half = 0.5 * (high - low);
+    struct {
+      double count = 0, off = 0, at2 = 0;
+    } middle, outer;
+    for (const RimPoint& point : points[i]) {
+      const double at = along.dot(point.px - from) - low - half;
+      auto& sums = std::abs(at) < 0.5 * half ? middle : outer;
+      ++sums.count;
+      sums.off += normal.dot(point.px - from);
+      sums.at2 += square(at);
+    }
+    if (middle.count < 1 || outer.count < 2) continue;
+    const double bulge_px = middle.off / middle.count - outer.off / outer.count;
+    const double by_curvature_px2 = 0.5 * (outer.at2 / outer.count - middle.at2 / middle.count);
+    if (by_curvature_px2 > 0) turn_rad += bulge_px / by_curvature_px2 * length;
+  }
+  return turn_rad > max_turn_rad;
+}
+
 /// Joins the points of all sides, with the sides' normals, and inflates their sigmas to the
 /// observed scatter.
 void finish(const SidePoints& points, PolygonRim& rim) {
@@ -265,6 +300,7 @@ std::optional<PolygonRim> measure_polygon(const Patch& patch, const Component& c
                          std::abs(blur - blur_px) < polygon_settled_px;
     if (settled || pass + 1 == max_polygon_passes) {
       if (!settled || profiles.misfit() > max_misfit) return std::nullopt;
+      if (is_curve(*polygon, points)) return std::nullopt;
       if (textured && blurred_area_px2(*polygon, blur_px) < min_covered * component.area_px)
         return std::nullopt;
       PolygonRim rim;
@@ -314,6 +350,7 @@ std::optional<PolygonRim> measure_saturated_polygon(const Patch& patch,
                          std::abs(tail.rim() - last_rim_px) < saturated_settled_px;
     last_rim_px = tail.rim();
     if (!settled) continue;
+    if (is_curve(*polygon, points)) return std::nullopt;
     PolygonRim rim;
     rim.polygon = *polygon;
     const double radius_px = std::sqrt(polygon->area_px2 / pi);

@@ -38,6 +38,7 @@ std::optional<Eigen::Vector2d> visible_centre(const Lamp& lamp, const Rigid3& po
 BlobUse classify(const Lamp& lamp, const Blob& blob) {
   if (blob.merged) return {FluxUse::merged, nullptr};
   if (blob.cut_by_border) return {FluxUse::cut, nullptr};
+  if (blob.hidden_in_part) return {FluxUse::hidden, nullptr};
   if (blob.saturated || !(blob.flux_dn > 0)) return {FluxUse::saturated, nullptr};
   if (lamp.frequency_hz || !lamp.waveform.empty()) return {FluxUse::blinks, nullptr};
   return {FluxUse::used, &blob};

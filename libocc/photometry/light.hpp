@@ -51,7 +51,7 @@ struct LIBOCC_API LightOptions {
 enum class FluxUse {
   used,         ///< contributes to the fit
   out_of_view,  ///< outside the image, or it faces away from the camera
-  hidden,       ///< partly occluded by a box
+  hidden,       ///< partly hidden, by a box of the scene or as the blob shows
   no_blob,      ///< no blob inside the gate
   not_alone,    ///< two lamps or two blobs inside the gate
   saturated,    ///< pixels at full scale: the flux is a lower bound

@@ -23,7 +23,7 @@ bool shows_pixels(const RefinementAhead& ahead, const Match& match) {
   const Blob& blob = ahead.blobs[match.blob];
   const Lamp& lamp = ahead.scene.lamps[match.lamp];
   const bool by_rows = blob.striped || (lamp.frequency_hz && ahead.scene.sensor.row_time_s > 0);
-  return !by_rows && !blob.merged && !blob.cut_by_border;
+  return !by_rows && !blob.merged && !blob.cut_by_border && !blob.hidden_in_part;
 }
 
 /// Rungs that differ for these blobs, fastest first.

@@ -141,10 +141,13 @@ void observe_centroid(const Match& match, const Blob& blob, double model_sigma_p
   observation.centroid_information = covariance.inverse();
 }
 
-/// The flux of a blinking lamp depends on its phase; that of a saturated or cut lamp is incomplete.
+/// The flux of a blinking lamp depends on its phase; that of a saturated, cut or partly hidden lamp
+/// is incomplete.
 void observe_flux(const Lamp& lamp, const Blob& blob, const Sensor& sensor,
                   LampObservation& observation) {
-  if (blob.saturated || blob.cut_by_border || lamp.frequency_hz || !(blob.flux_dn > 0)) return;
+  if (blob.saturated || blob.cut_by_border || blob.hidden_in_part || lamp.frequency_hz ||
+      !(blob.flux_dn > 0))
+    return;
   const double variance =
       std::pow(blob.flux_sigma_dn / blob.flux_dn, 2) + lamp.power_sigma * lamp.power_sigma;
   if (!(variance > 0) || !std::isfinite(variance)) return;
@@ -154,12 +157,11 @@ void observe_flux(const Lamp& lamp, const Blob& blob, const Sensor& sensor,
 }
 
 /// True if the pixels of a lamp can be rendered. Excluded are lamps that blink under a rolling
-/// shutter (stripes), cut blobs, and merged blobs, except rectangles and Lame curves, which are
-/// often marked as merged because no ellipse fits them. Saturated discs are excluded because the
-/// position where they clip depends on the far tail of the PSF, which the scene does not contain;
-/// their rims allow for it.
-/// So are lamps with errors in the scene, or all if the camera has errors: the rendered image is
-/// linearised at the stated position.
+/// shutter (stripes), cut and partly hidden blobs, and merged blobs, except rectangles and Lame
+/// curves, which are often marked as merged because no ellipse fits them. Saturated discs are
+/// excluded because the position where they clip depends on the far tail of the PSF, which the
+/// scene does not contain; their rims allow for it. So are lamps with errors in the scene, or all
+/// if the camera has errors: the rendered image is linearised at the stated position.
 bool offers_pixels(const LampObservation& observation, const Sensor& sensor, bool all_grow) {
   if (observation.errors) return false;
   const Lamp& lamp = *observation.lamp;
@@ -172,7 +174,7 @@ bool offers_pixels(const LampObservation& observation, const Sensor& sensor, boo
   const bool whole =
       !blob.merged || (lamp.shape != LampShape::disc && lamp.shape != LampShape::point);
   const bool has_psf = sensor.psf_sigma_px >= 0.01 && sensor.psf_sigma_px <= 100;
-  return boxed && has_psf && !by_rows && !blob.cut_by_border && whole;
+  return boxed && has_psf && !by_rows && !blob.cut_by_border && !blob.hidden_in_part && whole;
 }
 
 void observe_pixels(const std::vector<Match>& matches, const std::vector<Blob>& blobs,

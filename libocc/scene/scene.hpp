@@ -71,6 +71,7 @@ struct LIBOCC_API Scene {
   std::optional<PerAxis> position_sigma_m(const Lamp& lamp) const {
     return lamp.position_sigma_m ? lamp.position_sigma_m : map_sigma_m;
   }
+  bool has_discs() const;           ///< true if a lamp is not known to have straight sides
   bool has_straight_sides() const;  ///< true if the image of a lamp may be a polygon
   /// True if the image of a lamp may be neither an ellipse nor a convex polygon.
   bool has_free_forms() const;

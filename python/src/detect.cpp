@@ -27,6 +27,7 @@ std::string blob_repr(const Blob& blob) {
   if (blob.merged) text << ", merged";
   if (blob.patterned) text << ", patterned";
   if (blob.cut_by_border) text << ", cut by border";
+  if (blob.hidden_in_part) text << ", hidden in part";
   text << ">";
   return text.str();
 }

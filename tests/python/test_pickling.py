@@ -72,7 +72,7 @@ VALUES: dict[type, dict[str, Any]] = {
         flux_sigma_dn=2, peak_dn=3, background_dn=4, noise_dn=5, area_px=6, x0=1, y0=2, x1=3, y1=4,
         ellipse=rendering.Ellipse(**ELLIPSE), rim=np.arange(10.0).reshape(2, 5), corners_px=[[1, 2], [3, 4]],
         rim_covariance_px2=np.diag([1, 2, 3, 4, 5]), saturated=True, merged=True, cut_by_border=True, striped=True,
-        patterned=True, free_form=True, frequency_hz=20, frequency_sigma_hz=0.5, lamp_id=9,
+        patterned=True, free_form=True, hidden_in_part=True, frequency_hz=20, frequency_sigma_hz=0.5, lamp_id=9,
         colour=rendering.BlobColour(**COLOUR),
     ),
     objects.ObjectPoint: dict(id=3, label="left", position_m=[1, 2, 3], normal=[0, 1, 0], cone_rad=1, radius_m=0.1),

@@ -23,6 +23,8 @@ inline constexpr auto detect_fields = core::fields_of<DetectOptions>(
                 "measure the sub-pixel rims of discs"),
     core::field("polygons", &DetectOptions::polygons, "", core::Unrestricted{},
                 "with rims: also measure those of lamps with straight sides"),
+    core::field("discs", &DetectOptions::discs, "", core::Unrestricted{},
+                "lamps may be discs: of one that is hidden in part, the visible rim is measured"),
     core::field("free_forms", &DetectOptions::free_forms, "", core::Unrestricted{},
                 "with rims: also measure those of lamps of any other shape"),
     core::field("hollows", &DetectOptions::hollows, "", core::Unrestricted{},

@@ -69,6 +69,13 @@ std::optional<Rim> measure_saturated_rim(const Patch& patch, const Component& co
 std::optional<Rim> measure_narrow_ring(const Patch& patch, const FittedConic& outline,
                                        double level);
 
+/// Measures a disc of which something in front hides less than half of the rim: the ellipse through
+/// the part of the outline that is visible. Empty if the outline is no such ellipse, or if the
+/// border of the image cuts the blob. `blur_px`: initial value of the blur. `clipped`: as for
+/// measure_saturated_rim().
+std::optional<Rim> measure_rim_in_part(const Patch& patch, const Component& component,
+                                       double blur_px, bool clipped);
+
 /// Rim of a lamp with straight sides.
 struct PolygonRim {
   Polygon polygon;

@@ -37,7 +37,7 @@ def sigma_px(blob: Blob) -> float:
 
 def flags(blob: Blob) -> list[str]:
     """Names of the flags that are set."""
-    named = ("saturated", "merged", "cut_by_border", "patterned", "striped", "free_form")
+    named = ("saturated", "merged", "cut_by_border", "hidden_in_part", "patterned", "striped", "free_form")
     return [name for name in named if getattr(blob, name)]
 
 
