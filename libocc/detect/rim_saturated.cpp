@@ -77,6 +77,13 @@ std::optional<Rim> measure_rim_at(const Patch& patch, FittedConic conic, double 
       add_saturated_shift(tail_misfit(patch, lines, tail, level),
                           tail.is_halo(conic.ellipse().semi_minor_px), rim.light_response_px2,
                           rim.common_covariance_px2, rim.fit.centre_covariance_px2);
+      if (!tail.is_halo(conic.ellipse().semi_minor_px)) {
+        // Blur of sigma s moves a rim of radius R by s^2 / 2 R, more where it is more curved. The
+        // square of s is the product of the tail's depth and response.
+        constexpr double uneven = 0.2;  // part of it that differs around the rim
+        const double bend_px = tail.depth() / tail.slope / (2 * conic.ellipse().semi_minor_px);
+        rim.common_covariance_px2.diagonal().tail<2>().array() += square(uneven * bend_px);
+      }
       return rim;
     }
   }
@@ -95,7 +102,9 @@ std::optional<Rim> measure_saturated_rim(const Patch& patch, const Component& co
     rim.merged = true;
     return rim;
   }
-  return measure_rim_at(patch, outline->conic, level, false);
+  std::optional<Rim> rim = measure_rim_at(patch, outline->conic, level, false);
+  if (rim) add_unclipped_part(patch, component, rim->points);
+  return rim;
 }
 
 std::optional<Rim> measure_narrow_ring(const Patch& patch, const FittedConic& outline,

@@ -18,8 +18,8 @@ namespace {
 /// An ellipse has five unknowns; with fewer points the centroid is used if there is one.
 constexpr std::size_t min_rim_points = 5;
 
-/// Standard deviation of a saturated rim point after the common growth. Found on rendered rooms
-/// with eight times the correct exposure; larger than the noise of the edge.
+/// Standard deviation of the centroid of a saturated blob beyond its covariance. Found on rendered
+/// rooms with eight times the correct exposure.
 constexpr double saturated_sigma_px = 0.05;
 
 /// Uncertainty of ln of a lamp's light. The growth of its rim depends on it: with more light the
@@ -115,10 +115,8 @@ void observe_rim(const Match& match, const Blob& blob, const Camera& camera,
       const std::string name = "blobs[" + std::to_string(match.blob) + "].rim.sigma_px";
       require(false, name, point.sigma_px, "positive");
     }
-    const double sigma_px =
-        blob.saturated ? std::hypot(point.sigma_px, saturated_sigma_px) : point.sigma_px;
     const std::optional<RimRay> ray = rim_ray(point, camera);
-    if (ray) rim.push_back({*ray, point.px, point.normal, 1 / sigma_px});
+    if (ray) rim.push_back({*ray, point.px, point.normal, 1 / point.sigma_px});
   }
   observation.rim_end = rim.size();
 }

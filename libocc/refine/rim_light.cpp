@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "libocc/core/math.hpp"
 #include "libocc/refine/internal/predicted_centroid.hpp"
 
 namespace occ::internal::refine {
@@ -43,8 +44,14 @@ Eigen::Vector2d RimLight::displacement_px(const Eigen::Vector2d& px,
                                           const Eigen::Vector2d& normal) const {
   if (!brightness_) return shift_px_;
   const Eigen::Vector2d at = px - blob_.rim_light_depth_px * normal - blob_.centroid_px;
-  return blob_.rim_light_response_px *
-         (brightness_->gradient.dot(at) + 0.5 * at.dot(brightness_->bend * at)) * normal;
+  const double brighter = brightness_->gradient.dot(at) + 0.5 * at.dot(brightness_->bend * at);
+  // Under a Gaussian blur of sigma s, with the hazard h of the normal distribution, the response is
+  // s / h, the depth s h, and the response falls by the share 1 / (h + 0.17)^2 per ln of the
+  // brightness (the approximation of Tail::depth() in detect).
+  constexpr double min_part = 0.5;
+  const double hazard = std::sqrt(blob_.rim_light_depth_px / blob_.rim_light_response_px);
+  const double part = std::max(min_part, 1 - 0.5 * brighter / square(hazard + 0.17));
+  return part * blob_.rim_light_response_px * brighter * normal;
 }
 
 }  // namespace occ::internal::refine

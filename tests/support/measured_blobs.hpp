@@ -20,7 +20,7 @@ struct Measurement {
   double growth_px = 0;              ///< growth of the rims; blobs are saturated if not zero
   double flux_sigma = 0;             ///< relative; of the measurement alone
   double own_growth_sigma_px = 0.3;  ///< variation of the growth from lamp to lamp
-  double uneven_sigma_px = 0.05;     ///< variation along a rim, and of the centroid
+  double uneven_sigma_px = 0.05;     ///< error of the centroid of a saturated blob
 };
 
 /// Returns one blob without noise for each lamp, in the order of the scene.
@@ -58,9 +58,8 @@ inline std::vector<Blob> noisy(std::vector<Blob> blobs, const Scene& scene, cons
     const double growth = blobs[i].saturated ? m.own_growth_sigma_px * random.normal() : 0;
     const double uneven = blobs[i].saturated ? m.uneven_sigma_px : 0;
     blobs[i].centroid_px += offset + noise_2d(random, std::hypot(m.centroid_sigma_px, uneven));
-    const double rim_sigma = std::hypot(m.rim_sigma_px, uneven);
     for (RimPoint& point : blobs[i].rim) {
-      point.px += offset + (growth + rim_sigma * random.normal()) * point.normal;
+      point.px += offset + (growth + m.rim_sigma_px * random.normal()) * point.normal;
     }
     const double sigma = std::hypot(m.flux_sigma, scene.lamps[i].power_sigma);
     blobs[i].flux_dn *= std::exp(sigma * random.normal());

@@ -144,6 +144,32 @@ double tail_misfit(const Patch& patch, const Lines& lines, const Tail& tail, dou
   return samples > 0 ? chi2 / samples : 0;
 }
 
+/// Share of a lamp's area that is not clipped, away from its edges.
+inline double unclipped_share(const Patch& patch, const Component& component) {
+  constexpr int away_px = 3;
+  const double clipped = clipped_share * patch.full_scale_signal();
+  const double level = rim_level * patch.full_scale_signal();
+  int inside = 0, unclipped = 0;
+  for (int y = component.y0 + away_px; y <= component.y1 - away_px; ++y)
+    for (int x = component.x0 + away_px; x <= component.x1 - away_px; ++x) {
+      if (!(*patch.at(x - away_px, y) > level && *patch.at(x + away_px, y) > level &&
+            *patch.at(x, y - away_px) > level && *patch.at(x, y + away_px) > level))
+        continue;
+      ++inside;
+      unclipped += *patch.at(x, y) < clipped;
+    }
+  return inside > 0 ? static_cast<double>(unclipped) / inside : 0;
+}
+
+/// Adds the error of the points of a rim of which a part is hardly clipped: there the light inside
+/// the lamp is taken for that of the tail.
+inline void add_unclipped_part(const Patch& patch, const Component& component,
+                               std::vector<RimPoint>& points) {
+  constexpr double min_share = 0.02, error_px = 0.05;  // found on rendered panels
+  if (unclipped_share(patch, component) < min_share) return;
+  for (RimPoint& point : points) point.sigma_px = std::hypot(point.sigma_px, error_px);
+}
+
 /// Adds the errors of the rim's position: of a tail with another shape (`misfit`: tail_misfit()),
 /// which lines of one side sample at the same places, and of the shift of a halo by the gradient of
 /// the light, which is not known well.
