@@ -110,7 +110,7 @@ std::optional<FreeRim> measure_saturated_free_rim(const Patch& patch, const Comp
   if (fitted.points.size() < min_free_points) return std::nullopt;
   FreeRim rim = finish(*outline, std::move(fitted));
   const double radius_px = std::sqrt(outline->area_px2() / pi);
-  add_unclipped_part(patch, component, rim.points);
+  add_unclipped_part(patch, component, rim.points, rim.centre_covariance_px2);
   rim.point_response = tail.light_response(radius_px);
   rim.light_response_px2 =
       shift_response(rim.points, rim.point_response.moves(rim.points, rim.centre_px));

@@ -362,7 +362,7 @@ std::optional<PolygonRim> measure_saturated_polygon(const Patch& patch,
                         rim.light_response_px2, rim.common_covariance_px2,
                         rim.centre_covariance_px2);
     finish(points, rim);
-    add_unclipped_part(patch, component, rim.points);
+    add_unclipped_part(patch, component, rim.points, rim.centre_covariance_px2);
     return rim;
   }
   return std::nullopt;

@@ -103,7 +103,7 @@ std::optional<Rim> measure_saturated_rim(const Patch& patch, const Component& co
     return rim;
   }
   std::optional<Rim> rim = measure_rim_at(patch, outline->conic, level, false);
-  if (rim) add_unclipped_part(patch, component, rim->points);
+  if (rim) add_unclipped_part(patch, component, rim->points, rim->fit.centre_covariance_px2);
   return rim;
 }
 

@@ -139,6 +139,7 @@ LadderProblem ladder_problem(const ImageView& image, const Scene& scene,
   p.truth = cam_from_world;
   DetectOptions options;
   options.sensor = scene.sensor;
+  options.discs = scene.has_discs();
   const double begun = now_s();
   p.blobs = detect(image, options);
   p.detect_s = now_s() - begun;

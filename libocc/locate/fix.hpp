@@ -26,7 +26,7 @@ struct Candidate {
   /// Covariance of cam_from_world, see geometry/rigid.hpp.
   Matrix6 covariance = unknown_covariance<6>();
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();  ///< camera position in the world
-  double rms_px = 0;                                     ///< r.m.s. residual over all lamps
+  double rms_px = 0;                                     ///< as Refined::rms_px
   double chi2 = 0;             ///< weighted sum of squared residuals at this pose
   int dof = 0;                 ///< residuals minus unknowns
   double variance_factor = 1;  ///< contained in the covariance

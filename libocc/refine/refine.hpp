@@ -149,9 +149,10 @@ struct Refined {
   /// Common growth of the outlines of lamps that are not saturated, if that explains their
   /// contradictions: rim_growth_px then, else empty.
   std::optional<double> estimated_growth_px;
-  double rms_px = 0;                    ///< r.m.s. centre residual over all lamps
-  std::vector<LampResidual> lamps;      ///< in the order of the matches
-  SeparationModel separation;           ///< for protection_level()
+  double rms_px = 0;                ///< r.m.s. centre residual over the lamps whose blobs are not
+                                    ///< merged, or over all if all are
+  std::vector<LampResidual> lamps;  ///< in the order of the matches
+  SeparationModel separation;       ///< for protection_level()
   std::optional<double> rim_growth_px;  ///< common growth of saturated lamps
   std::optional<double> psf_sigma_px;   ///< direct: estimated from the lamps' pixels
   std::optional<double> flux_factor;    ///< FluxModel::common_factor: measured over predicted flux

@@ -27,7 +27,10 @@ double rim_rms(const LampObservation& lamp, const Observations& observations, co
 void report_residuals(const State& state, const std::vector<Match>& matches,
                       const Observations& observations, const Scene& scene, Rung rung,
                       Refined& refined) {
-  double sum = 0;
+  double sum = 0, count = 0;
+  const bool any_whole =
+      std::any_of(observations.lamps.begin(), observations.lamps.end(),
+                  [](const LampObservation& lamp) { return !lamp.blob->merged; });
   for (std::size_t i = 0; i < matches.size(); ++i) {
     const LampObservation& lamp = observations.lamps[i];
     LampResidual residual{matches[i]};
@@ -50,10 +53,12 @@ void report_residuals(const State& state, const std::vector<Match>& matches,
     }
     residual.rms_px = lamp.has_rim() ? rim_rms(lamp, observations, state) : centre_error;
     const double of_lamp = lamp.has_centroid ? centre_error : residual.rms_px;
-    sum += of_lamp * of_lamp;
     refined.lamps.push_back(residual);
+    if (any_whole && lamp.blob->merged) continue;
+    sum += of_lamp * of_lamp;
+    ++count;
   }
-  if (!matches.empty()) refined.rms_px = std::sqrt(sum / static_cast<double>(matches.size()));
+  if (count > 0) refined.rms_px = std::sqrt(sum / count);
 }
 
 }  // namespace occ::internal::refine

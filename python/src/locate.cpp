@@ -75,8 +75,9 @@ void define_refine(py::module_& m) {
       .def_property_readonly("variance_factor", value_of(&Refined::variance_factor),
                              "chi2 / dof, included in the covariance; 1 unless chi2 exceeds its "
                              "99.9 % quantile.")
-      .def_property_readonly("rms_px", value_of(&Refined::rms_px),
-                             "Root mean square centre residual over all lamps [px].")
+      .def_property_readonly(
+          "rms_px", value_of(&Refined::rms_px),
+          "Root mean square centre residual over the lamps whose blobs are not merged [px].")
       .def_property_readonly("lamps", value_of(&Refined::lamps), "LampResidual of each match.")
       .def_property_readonly("rim_growth_px", value_of(&Refined::rim_growth_px),
                              "Common rim growth of saturated lamps [px], or None.")
@@ -165,7 +166,8 @@ void define_fix(py::module_& m) {
                     "Camera with the estimated errors of its parameters, if the scene states such "
                     "errors, or if its lamps contradict each other as with a wrong focal length or "
                     "k1; else None.")
-      .def_readonly("rms_px", &C::rms_px, "Root mean square centre residual over all lamps [px].")
+      .def_readonly("rms_px", &C::rms_px,
+                    "Root mean square centre residual over lamps whose blobs are not merged [px].")
       .def_readonly("chi2", &C::chi2, "Robust chi-square of lamps and prior.")
       .def_readonly("dof", &C::dof, "Observations minus parameters.")
       .def_readonly("probability", &C::probability,
@@ -205,8 +207,9 @@ Without candidates, the pose is undefined and its covariance infinite.)");
       .def_property_readonly("lamps", value_of(&Fix::lamps),
                              "Lamp id -> Blob, of the best candidate.")
       .def_property_readonly("blobs", value_of(&Fix::blobs), "List of all detected Blobs.")
-      .def_property_readonly("rms_px", value_of(&Fix::rms_px),
-                             "Root mean square centre residual over all lamps [px].")
+      .def_property_readonly(
+          "rms_px", value_of(&Fix::rms_px),
+          "Root mean square centre residual over lamps whose blobs are not merged [px].")
       .def_property_readonly(
           "risk", value_of(&Fix::risk),
           "Probability that the pose is wrong, because another one is right or, in "

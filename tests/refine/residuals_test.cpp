@@ -72,6 +72,18 @@ TEST(Residuals, OfCentroidsAreTheirDistances) {
   EXPECT_NEAR(refined.rms_px, std::sqrt(sum / 6), 1e-9);
 }
 
+TEST(Residuals, MergedBlobsCountOnlyIfAllAreMerged) {
+  SeenRoom room(0);
+  room.blobs[1].centroid_px.x() += 0.6;
+  room.blobs[4].centroid_px.x() += 8;
+  room.blobs[4].merged = true;
+  const Refined refined = room.reported(Rung::centres);
+  EXPECT_NEAR(refined.lamps[4].rms_px, 8, 1e-9);
+  EXPECT_NEAR(refined.rms_px, 0.6 / std::sqrt(5), 1e-9);
+  for (Blob& blob : room.blobs) blob.merged = true;
+  EXPECT_NEAR(room.reported(Rung::centres).rms_px, std::sqrt((64 + 0.36) / 6), 1e-9);
+}
+
 TEST(Residuals, OfTheRungOfPointsAreThoseOfTheLampsCentres) {
   const SeenRoom room(0);
   const Refined refined = room.reported(Rung::points);

@@ -162,12 +162,18 @@ inline double unclipped_share(const Patch& patch, const Component& component) {
 }
 
 /// Adds the error of the points of a rim of which a part is hardly clipped: there the light inside
-/// the lamp is taken for that of the tail.
+/// the lamp is taken for that of the tail. The covariance of the centre grows in proportion.
 inline void add_unclipped_part(const Patch& patch, const Component& component,
-                               std::vector<RimPoint>& points) {
+                               std::vector<RimPoint>& points, Eigen::Matrix2d& centre_px2) {
   constexpr double min_share = 0.02, error_px = 0.05;  // found on rendered panels
-  if (unclipped_share(patch, component) < min_share) return;
-  for (RimPoint& point : points) point.sigma_px = std::hypot(point.sigma_px, error_px);
+  if (points.empty() || unclipped_share(patch, component) < min_share) return;
+  double before = 0, after = 0;
+  for (RimPoint& point : points) {
+    before += square(point.sigma_px);
+    point.sigma_px = std::hypot(point.sigma_px, error_px);
+    after += square(point.sigma_px);
+  }
+  centre_px2 *= after / before;
 }
 
 /// Adds the errors of the rim's position: of a tail with another shape (`misfit`: tail_misfit()),
