@@ -95,6 +95,11 @@ struct Blob {
   /// Only in an image with colour channels; empty for stripes.
   std::optional<BlobColour> colour;
 
+  /// True if a part of the lamp's light is missing from flux_dn.
+  bool flux_is_lower_bound() const {
+    return saturated || cut_by_border || hidden_in_part || striped;
+  }
+
   /// True if the rim is that of an ellipse, which `ellipse` describes.
   bool has_elliptical_rim() const { return !rim.empty() && corners_px.empty() && !free_form; }
 };

@@ -308,14 +308,20 @@ void use_outline_centre(const Eigen::Vector2d& centre_px, Blob& blob) {
   if (apart.norm() > uneven_px) blob.centroid_px = centre_px;
 }
 
+/// Measures the visible part of the rim of a disc that is hidden in part.
+bool use_rim_in_part(const Patch& patch, const Component& component, double blur_px, bool clipped,
+                     Blob& blob) {
+  blob.hidden_in_part = use_rim(measure_rim_in_part(patch, component, blur_px, clipped), blob);
+  return blob.hidden_in_part;
+}
+
 /// Measures the rim of a disc; of one whose points scatter, the visible part if there is one.
 bool use_disc(const Patch& patch, const Component& component, const DetectOptions& options,
               double blur_px, bool clipped, Blob& blob) {
   std::optional<Rim> rim =
       clipped ? measure_saturated_rim(patch, component) : measure_rim(patch, component, blur_px);
   if (options.discs && rim && rim->fit.rms_px > scattered_px) {
-    blob.hidden_in_part = use_rim(measure_rim_in_part(patch, component, blur_px, clipped), blob);
-    if (blob.hidden_in_part) return true;
+    if (use_rim_in_part(patch, component, blur_px, clipped, blob)) return true;
     add_shift_of_scatter(*rim);
   }
   return use_rim(std::move(rim), blob);
@@ -328,10 +334,7 @@ bool use_outline(const Patch& patch, const Component& component, const DetectOpt
                                               : measure_polygon(patch, component, blur_px),
                                       blob))
     return true;
-  if (options.discs) {
-    blob.hidden_in_part = use_rim(measure_rim_in_part(patch, component, blur_px, clipped), blob);
-    if (blob.hidden_in_part) return true;
-  }
+  if (options.discs && use_rim_in_part(patch, component, blur_px, clipped, blob)) return true;
   return options.polygons && options.free_forms &&
          use_free_rim(clipped ? measure_saturated_free_rim(patch, component)
                               : measure_free_rim(patch, component, blur_px),
@@ -359,22 +362,21 @@ void measure_centre(const Patch& patch, const Component& component, const Detect
     is_quadrilateral = outline_centre.has_value();
     if (is_quadrilateral) blob.merged = false;
   }
+  bool is_spot = false;
   if (minor2 < max_spot_px * max_spot_px && !blob.merged) {
     Eigen::Matrix2d start = component.grey.variance();
     start.diagonal() = start.diagonal().cwiseMax(blur2);
     const double sharpest_px = options.sensor ? sharpest_share * psf_px : sharpest_psf_px;
     const double min_variance = sharpest_px * sharpest_px + pixel_px2;
-    if (use_spot(measure_spot(patch, blob.centroid_px, start, min_variance), blur2, blob)) {
-      if (options.discs && (has_rim || long_blob))
-        inflate_by_hidden_part(patch, component, blur2, blob);
-      return;
-    }
+    is_spot = use_spot(measure_spot(patch, blob.centroid_px, start, min_variance), blur2, blob);
   }
-  measure_moments(patch, component, blur2, blob);
-  if (outline_centre) use_outline_centre(*outline_centre, blob);
+  if (!is_spot) {
+    measure_moments(patch, component, blur2, blob);
+    if (outline_centre) use_outline_centre(*outline_centre, blob);
+  }
   if (options.discs && (has_rim || long_blob)) {
     inflate_by_hidden_part(patch, component, blur2, blob);
-  } else if (has_rim) {
+  } else if (has_rim && !is_spot) {
     inflate_if_asymmetric(blob);
   }
 }

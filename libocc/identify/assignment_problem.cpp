@@ -130,7 +130,7 @@ void measure_flux(const Blob& blob, const Scene& scene, BearingObservation& s) {
   if (!(transmission > 0)) return;
   s.flux = blob.flux_dn / transmission;
   s.flux_sigma = blob.flux_sigma_dn / blob.flux_dn;
-  s.flux_is_bound = blob.saturated || blob.cut_by_border || blob.hidden_in_part || blob.striped;
+  s.flux_is_bound = blob.flux_is_lower_bound();
 }
 
 // True if enough of a lamp is inside the image for the ellipse through its rim to give the centre.

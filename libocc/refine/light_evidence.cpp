@@ -54,8 +54,8 @@ std::optional<FluxRatio> flux_ratio(const Lamp& lamp, const Blob& blob,
   ratio.log_ratio = *measured - ratio.log_light;
   ratio.sigma = std::sqrt(square(lamp.power_sigma) + square(blob.flux_sigma_dn / blob.flux_dn) +
                           square(light_sigma));
-  ratio.at_least = blob.saturated || blob.cut_by_border || blob.hidden_in_part || blob.striped ||
-                   lamp.frequency_hz.has_value() || lamp.code.has_value();
+  ratio.at_least =
+      blob.flux_is_lower_bound() || lamp.frequency_hz.has_value() || lamp.code.has_value();
   return ratio;
 }
 

@@ -113,7 +113,7 @@ double Lamp::order() const {
 }
 
 bool Lamp::uses_x_axis() const {
-  return has_sides(*this) || is_polygon(*this) || (photometry && photometry->depends_on_c());
+  return may_have_corners(*this) || (photometry && photometry->depends_on_c());
 }
 
 void Lamp::set_photometry(std::shared_ptr<const EmissionProfile> profile) {
@@ -150,7 +150,7 @@ double Lamp::mean_light() const {
 }
 
 bool Lamp::may_show(const Blob& blob) const {
-  return blob.corners_px.empty() || has_sides(*this) || is_polygon(*this);
+  return blob.corners_px.empty() || may_have_corners(*this);
 }
 
 std::vector<std::array<int, 3>> Lamp::face_triangles() const {

@@ -78,13 +78,11 @@ void check_shared_errors(const std::vector<Lamp>& lamps) {
 }  // namespace
 
 bool Scene::has_discs() const {
-  return std::any_of(lamps.begin(), lamps.end(),
-                     [](const Lamp& lamp) { return !has_sides(lamp) && !is_polygon(lamp); });
+  return !std::all_of(lamps.begin(), lamps.end(), &may_have_corners);
 }
 
 bool Scene::has_straight_sides() const {
-  return std::any_of(lamps.begin(), lamps.end(),
-                     [](const Lamp& lamp) { return has_sides(lamp) || is_polygon(lamp); });
+  return std::any_of(lamps.begin(), lamps.end(), &may_have_corners);
 }
 
 bool Scene::has_free_forms() const {

@@ -13,21 +13,10 @@ namespace occ {
 namespace {
 
 Scene room_of_discs() {
-  Scene scene;
-  scene.camera = Camera::pinhole(640, 480, 420, 420, 319.5, 239.5);
-  const double places_m[][2] = {{-1.1, -0.7}, {0.1, -0.9}, {1.2, -0.6},
-                                {-1, 0.8},    {0, 0.6},    {1.1, 0.9}};
-  for (const auto& place_m : places_m) {
-    Lamp lamp;
-    lamp.id = static_cast<int>(scene.lamps.size());
-    lamp.centre_m = {place_m[0], place_m[1], 2.6};
-    lamp.normal = {0, 0, -1};
-    lamp.radius_m = 0.14;
-    lamp.power_w = 3;
-    scene.lamps.push_back(lamp);
-  }
-  scene.validate();
-  return scene;
+  Lamp lamp;
+  lamp.radius_m = 0.14;
+  lamp.power_w = 3;
+  return test::ceiling_of_six(lamp);
 }
 
 struct Beams {
@@ -46,20 +35,15 @@ Beams locate_below_beams(int count, bool visible_rims) {
     const double middle_m = random.uniform(-1, 0.9), half_m = random.uniform(0.07, 0.25);
     Scene room = map;
     room.boxes.push_back({{-3, middle_m - half_m, 2.3}, {3, middle_m + half_m, 2.45}});
-    const Eigen::Vector3d position_m(random.uniform(-0.5, 0.5), random.uniform(-0.4, 0.4),
-                                     random.uniform(0.3, 0.9));
-    Rigid3 pose;
-    pose.rotation =
-        so3_exp({random.uniform(-0.1, 0.1), random.uniform(-0.1, 0.1), random.uniform(-pi, pi)});
-    pose.translation = -(pose.rotation * position_m);
+    const Rigid3 pose = test::upward_view(random, 0.3, 0.1);
     SimulateOptions simulation;
     simulation.seed = static_cast<std::uint64_t>(i);
     const Image image = simulate(room, pose, simulation).image;
     const Result<Fix> fix = locate(detect(image.view(), options), map);
     if (fix.status != Status::ok) continue;
     ++beams.ok;
-    beams.wrong +=
-        test::nees(fix->position_m - position_m, fix->position_covariance_m2) > unlikely_chi2;
+    const Eigen::Vector3d error_m = fix->position_m - pose.origin_in_source();
+    beams.wrong += test::nees(error_m, fix->position_covariance_m2) > unlikely_chi2;
     for (const auto& [id, blob] : fix->lamps) beams.used_in_part += blob.hidden_in_part;
   }
   return beams;

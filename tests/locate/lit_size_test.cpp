@@ -13,20 +13,11 @@ namespace occ {
 namespace {
 
 Scene room_of_six() {
-  Scene scene;
-  scene.camera = Camera::pinhole(640, 480, 420, 420, 319.5, 239.5);
-  const Eigen::Vector2d places_m[] = {{1, 1.1},   {2.9, 1.2}, {1.2, 2.8},
-                                      {2.6, 2.7}, {1.9, 1.7}, {3.1, 2.1}};
-  for (const Eigen::Vector2d& place_m : places_m) {
-    Lamp lamp;
-    lamp.id = static_cast<int>(scene.lamps.size());
-    lamp.centre_m << place_m, 3;
-    lamp.radius_m = 0.12;
-    lamp.power_w = 4;
-    scene.lamps.push_back(lamp);
-  }
-  scene.validate();
-  return scene;
+  Lamp lamp;
+  lamp.radius_m = 0.12;
+  lamp.power_w = 4;
+  return test::ceiling_of({{1, 1.1}, {2.9, 1.2}, {1.2, 2.8}, {2.6, 2.7}, {1.9, 1.7}, {3.1, 2.1}}, 3,
+                          lamp);
 }
 
 struct Verdicts {

@@ -16,24 +16,13 @@ namespace {
 /// Six lamps, of which the brightest is exposed that many times too long.
 Scene room_of(LampShape shape, double over_exposure) {
   constexpr double full_scale_power_w = 12;  // of a lamp of 0.1 m^2 above the camera
-  Scene scene;
-  scene.camera = Camera::pinhole(640, 480, 420, 420, 319.5, 239.5);
-  const double places_m[][2] = {{-1.1, -0.7}, {0.1, -0.9}, {1.2, -0.6},
-                                {-1, 0.8},    {0, 0.6},    {1.1, 0.9}};
-  for (const auto& place_m : places_m) {
-    Lamp lamp;
-    lamp.id = static_cast<int>(scene.lamps.size());
-    lamp.centre_m = {place_m[0], place_m[1], 2.6};
-    lamp.normal = {0, 0, -1};
-    lamp.shape = shape;
-    lamp.radius_m = 0.175;
-    lamp.size_m = {0.35, 0.35};
-    lamp.x_axis = {1, 0, 0};
-    lamp.power_w = over_exposure * full_scale_power_w;
-    scene.lamps.push_back(lamp);
-  }
-  scene.validate();
-  return scene;
+  Lamp lamp;
+  lamp.shape = shape;
+  lamp.radius_m = 0.175;
+  lamp.size_m = {0.35, 0.35};
+  lamp.x_axis = {1, 0, 0};
+  lamp.power_w = over_exposure * full_scale_power_w;
+  return test::ceiling_of_six(lamp);
 }
 
 struct Located {
@@ -45,18 +34,14 @@ Located locate_images(const Scene& scene, int count) {
   Random random(3);
   Located out;
   for (int i = 0; i < count; ++i) {
-    const Eigen::Vector3d position_m(random.uniform(-0.5, 0.5), random.uniform(-0.4, 0.4),
-                                     random.uniform(-0.2, 0.9));
-    Rigid3 pose;
-    pose.rotation = so3_exp(
-        {random.uniform(-0.15, 0.15), random.uniform(-0.15, 0.15), random.uniform(-pi, pi)});
-    pose.translation = -(pose.rotation * position_m);
+    const Rigid3 pose = test::upward_view(random, -0.2, 0.15);
     SimulateOptions simulation;
     simulation.seed = static_cast<std::uint64_t>(i);
     const Result<Fix> fix = locate(simulate(scene, pose, simulation).image.view(), scene);
     if (fix.status == Status::ok) {
       ++out.located;
-      out.nees += test::nees(fix->position_m - position_m, fix->position_covariance_m2);
+      out.nees +=
+          test::nees(fix->position_m - pose.origin_in_source(), fix->position_covariance_m2);
     } else if (fix.status != Status::ambiguous) {  // with few lamps in view
       ++out.other;
     }

@@ -10,7 +10,9 @@
 #include <functional>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
+#include "libocc/core/math.hpp"
 #include "libocc/core/random.hpp"
 #include "libocc/geometry/rigid.hpp"
 #include "libocc/geometry/so3.hpp"
@@ -76,6 +78,37 @@ inline Lamp disc_lamp(int id, const Eigen::Vector3d& centre_m, double radius_m =
   lamp.radius_m = radius_m;
   lamp.power_w = 1.5;
   return lamp;
+}
+
+/// Lamps at these places on a ceiling, with ids in their order; 640 x 480, f = 420 px. `lamp`: what
+/// is common to all.
+inline Scene ceiling_of(const std::vector<Eigen::Vector2d>& places_m, double height_m, Lamp lamp) {
+  Scene scene;
+  scene.camera = Camera::pinhole(640, 480, 420, 420, 319.5, 239.5);
+  for (const Eigen::Vector2d& place_m : places_m) {
+    lamp.id = static_cast<int>(scene.lamps.size());
+    lamp.centre_m << place_m, height_m;
+    scene.lamps.push_back(lamp);
+  }
+  scene.validate();
+  return scene;
+}
+
+/// Six such lamps around the origin, 2.6 m high, for the cameras of upward_view().
+inline Scene ceiling_of_six(const Lamp& lamp) {
+  return ceiling_of({{-1.1, -0.7}, {0.1, -0.9}, {1.2, -0.6}, {-1, 0.8}, {0, 0.6}, {1.1, 0.9}}, 2.6,
+                    lamp);
+}
+
+/// Random pose of a camera near the origin that looks up, tilted by up to tilt_rad about each axis.
+inline Rigid3 upward_view(Random& random, double min_height_m, double tilt_rad) {
+  const Eigen::Vector3d position_m(random.uniform(-0.5, 0.5), random.uniform(-0.4, 0.4),
+                                   random.uniform(min_height_m, 0.9));
+  Rigid3 pose;
+  pose.rotation = so3_exp({random.uniform(-tilt_rad, tilt_rad), random.uniform(-tilt_rad, tilt_rad),
+                           random.uniform(-pi, pi)});
+  pose.translation = -(pose.rotation * position_m);
+  return pose;
 }
 
 /// Six ceiling lamps that no rotation or mirror maps onto themselves, in a room of 4 x 4 x 3 m; 640

@@ -36,6 +36,9 @@ inline bool has_sides(const Lamp& lamp) {
   return lamp.shape == LampShape::rectangle || lamp.shape == LampShape::lame;
 }
 
+/// True if the lamp's image may have corners.
+inline bool may_have_corners(const Lamp& lamp) { return has_sides(lamp) || is_polygon(lamp); }
+
 inline bool uses_x_axis(const Lamp& lamp) { return lamp.uses_x_axis(); }
 inline bool is_lambertian(const Lamp& lamp) { return !lamp.photometry; }
 
