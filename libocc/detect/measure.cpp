@@ -406,6 +406,8 @@ Blob measure(const LinearImage& image, const Component& component, const DetectO
     inflate_covariance(blob);
   } else {
     inflate_if_inconsistent(component, std::max(0.0, limit_stored - component.background_dn), blob);
+    if (options.rims && options.polygons && blob.rim.empty())
+      use_polygon(measure_quadrilateral(scratch, component), blob);
   }
   return blob;
 }

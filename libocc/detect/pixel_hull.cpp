@@ -44,19 +44,24 @@ double pixels_inside(const std::vector<Pixel>& hull) {
   return 0.5 * static_cast<double>(doubled_area(hull) + border) + 1;
 }
 
-double share_of_quadrilateral(const std::vector<Pixel>& hull) {
-  std::int64_t best = 0;
+HullQuadrilateral quadrilateral_of(const std::vector<Pixel>& hull) {
+  std::int64_t most = 0;
+  HullQuadrilateral best;
   for (std::size_t i = 0; i < hull.size(); ++i)
     for (std::size_t j = i + 2; j < hull.size(); ++j) {
       std::int64_t left = 0, right = 0;
-      for (const Pixel& p : hull) {
-        const std::int64_t side = cross(hull[i], hull[j], p);
-        left = std::max(left, side);
-        right = std::max(right, -side);
+      std::size_t between = i, beyond = j;
+      for (std::size_t k = 0; k < hull.size(); ++k) {
+        const std::int64_t side = cross(hull[i], hull[j], hull[k]);
+        if (side > left) left = side, beyond = k;
+        if (-side > right) right = -side, between = k;
       }
-      best = std::max(best, left + right);
+      if (left + right <= most) continue;
+      most = left + right;
+      best.corners = {hull[i], hull[between], hull[j], hull[beyond]};
     }
-  return static_cast<double>(best) / static_cast<double>(doubled_area(hull));
+  best.share = static_cast<double>(most) / static_cast<double>(doubled_area(hull));
+  return best;
 }
 
 AreaMoments area_moments(const std::vector<Pixel>& hull) {

@@ -214,6 +214,14 @@ bool faces(const Polygon& polygon, std::size_t side, std::size_t other) {
 
 }  // namespace
 
+Polygon Polygon::through(std::vector<Eigen::Vector2d> corners_px) {
+  Polygon polygon;
+  polygon.corners_px = std::move(corners_px);
+  for (std::size_t i = 0; i < polygon.corners_px.size(); ++i)
+    polygon.sides.push_back(side_between(polygon.corners_px[i], polygon.corner_after(i)));
+  return polygon;
+}
+
 Eigen::Vector2d Polygon::normal(std::size_t side) const {
   const Eigen::Vector2d along = corner_after(side) - corners_px[side];
   return Eigen::Vector2d(along.y(), -along.x()).normalized();
@@ -471,10 +479,9 @@ std::optional<Polygon> find_polygon(const Patch& patch, const Component& compone
   const std::size_t n = outline.size();
   if (corners.size() < 3) return std::nullopt;
 
-  Polygon polygon;
-  for (const std::size_t corner : corners) polygon.corners_px.push_back(outline[corner % n].px);
-  for (std::size_t i = 0; i < corners.size(); ++i)
-    polygon.sides.push_back(side_between(polygon.corners_px[i], polygon.corner_after(i)));
+  std::vector<Eigen::Vector2d> first;
+  for (const std::size_t corner : corners) first.push_back(outline[corner % n].px);
+  Polygon polygon = Polygon::through(std::move(first));
   constexpr int passes = 3;  // corners move by a few pixels in the first two
   for (int pass = 0; pass < passes; ++pass) {
     join_straight_sides(polygon, corners);
@@ -483,12 +490,9 @@ std::optional<Polygon> find_polygon(const Patch& patch, const Component& compone
         !fit_sides(outline, corners, 1.5 * blur_px, pass == 0, polygon))
       return std::nullopt;
   }
-  double perimeter = 0;
-  for (std::size_t i = 0; i < corners.size(); ++i)
-    perimeter += (polygon.corner_after(i) - polygon.corners_px[i]).norm();
   constexpr double area_error = 0.02, edge_error_px = 0.2;
   if (std::abs(polygon.area_px2 - region.area_px()) >
-      area_error * polygon.area_px2 + edge_error_px * perimeter)
+      area_error * polygon.area_px2 + edge_error_px * polygon.perimeter_px())
     return std::nullopt;
   return polygon;
 }

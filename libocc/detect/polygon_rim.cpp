@@ -36,6 +36,23 @@ constexpr double dim_level = 0.25;
 // lamps.
 constexpr double min_covered = 0.8;
 
+/// Lines across a side whose points no corner rounds: beyond `margin_px` from the side's ends, and
+/// of a lamp that the image border cuts away from it, where there may be one just outside.
+std::vector<RimLine> lines_across(const Patch& patch, const Component& component,
+                                  const Polygon& polygon, std::size_t side, double margin_px) {
+  constexpr int border_px = 7;
+  std::vector<RimLine> lines = polygon.lines(side, margin_px);
+  if (!component.touches_border) return lines;
+  const auto is_near_border = [&](const RimLine& line) {
+    const Eigen::Vector2d px = line.point(line.edge);
+    const int x = static_cast<int>(px.x()), y = static_cast<int>(px.y());
+    return !patch.contains(x - border_px, y - border_px) ||
+           !patch.contains(x + border_px, y + border_px);
+  };
+  lines.erase(std::remove_if(lines.begin(), lines.end(), is_near_border), lines.end());
+  return lines;
+}
+
 /// Points of each side.
 using SidePoints = std::vector<std::vector<RimPoint>>;
 
@@ -128,20 +145,38 @@ Eigen::Matrix2d covariance_of_plateau(const Polygon& polygon, const Plateau& pla
   return square(by_level) * pixel_variance * sum;
 }
 
-/// Mean square of the residuals from the sides over their variances, beyond chance; at least 1.
-double excess_scatter(const Polygon& polygon, const SidePoints& points) {
+/// Mean square of the sums of this many neighbouring residuals from a side over their variances,
+/// beyond chance; at least 1. The errors of neighbours may be alike, as by JPEG or the texture of
+/// the light: then sums of several scatter by more than their variances.
+double excess_scatter(const Polygon& polygon, const SidePoints& points, std::size_t neighbours,
+                      double sigmas_of_chance) {
+  constexpr double unknowns = 3;  // of a side
   double chi2 = 0, dof = 0;
   for (std::size_t i = 0; i < points.size(); ++i) {
     const PolygonSide& side = polygon.sides[i];
-    dof += std::max(0.0, static_cast<double>(points[i].size()) - 3);
-    for (const RimPoint& point : points[i]) {
+    const std::size_t sums = points[i].size() / neighbours;
+    const double kept = static_cast<double>(sums) - unknowns;
+    if (neighbours > 1 && kept <= 0) continue;
+    dof += std::max(0.0, kept);
+    double sum = 0;
+    for (std::size_t k = 0; k < sums * neighbours; ++k) {
+      const RimPoint& point = points[i][k];
       const double off = point.px[side.column ? 1 : 0] - side.edge(side.u_of(point.px));
       const double slope = side.slope(side.u_of(point.px));
-      chi2 += square(off / point.sigma_px) / (1 + square(slope));
+      sum += off / (point.sigma_px * std::sqrt(1 + square(slope)));
+      if ((k + 1) % neighbours != 0) continue;
+      chi2 += square(sum) / static_cast<double>(neighbours);
+      sum = 0;
     }
   }
-  if (dof < 1) return 1;
-  return std::max(1.0, chi2 / dof - std::sqrt(2 / dof));
+  return dof < 1 ? 1 : std::max(1.0, chi2 / dof - sigmas_of_chance * std::sqrt(2 / dof));
+}
+
+/// That of a rim that is not clipped: of single points, or of groups of neighbours.
+double excess_of_measured_edges(const Polygon& polygon, const SidePoints& points) {
+  constexpr std::size_t group = 6;
+  return std::max(excess_scatter(polygon, points, 1, 1),
+                  excess_scatter(polygon, points, group, 2));  // few degrees of freedom
 }
 
 /// True if the sides turn between the corners by a part of the 360 degrees of all corners, as those
@@ -179,10 +214,9 @@ bool is_curve(const Polygon& polygon, const SidePoints& points) {
   return turn_rad > max_turn_rad;
 }
 
-/// Joins the points of all sides, with the sides' normals, and inflates their sigmas to the
-/// observed scatter.
-void finish(const SidePoints& points, PolygonRim& rim) {
-  const double excess = excess_scatter(rim.polygon, points);
+/// Joins the points of all sides, with the sides' normals, and inflates their variances by the
+/// excess of the observed scatter.
+void finish(const SidePoints& points, double excess, PolygonRim& rim) {
   for (std::size_t i = 0; i < points.size(); ++i) {
     const PolygonSide& side = rim.polygon.sides[i];
     for (RimPoint point : points[i]) {
@@ -249,10 +283,7 @@ bool refit(const SidePoints& points, Polygon& polygon) {
 
 /// Area of the polygon and its blur, two sigmas wide.
 double blurred_area_px2(const Polygon& polygon, double blur_px) {
-  double perimeter_px = 0;
-  for (std::size_t i = 0; i < polygon.sides.size(); ++i)
-    perimeter_px += (polygon.corner_after(i) - polygon.corners_px[i]).norm();
-  return polygon.area_px2 + 2 * blur_px * perimeter_px;
+  return polygon.area_px2 + 2 * blur_px * polygon.perimeter_px();
 }
 
 bool is_settled(const Polygon& before, const Polygon& after, double limit_px) {
@@ -280,7 +311,8 @@ std::optional<PolygonRim> measure_polygon(const Patch& patch, const Component& c
     SidePoints points(polygon->sides.size());
     for (std::size_t i = 0; i < points.size(); ++i) {
       const std::size_t first = profiles.points.size();
-      for (const RimLine& line : polygon->lines(i, corner_sigmas * blur_px))
+      for (const RimLine& line :
+           lines_across(patch, component, *polygon, i, corner_sigmas * blur_px))
         profiles.add(line, AdjacentSides(*polygon, line, i, blur_px));
       points[i].assign(profiles.points.begin() + static_cast<std::ptrdiff_t>(first),
                        profiles.points.end());
@@ -311,7 +343,7 @@ std::optional<PolygonRim> measure_polygon(const Patch& patch, const Component& c
       std::vector<double> softness;
       for (std::size_t i = 0; i < points.size(); ++i)
         softness.push_back(softness_px(patch, *polygon, i, model.plateau.level(), blur_px));
-      finish(points, rim);
+      finish(points, excess_of_measured_edges(rim.polygon, points), rim);
       rim.is_whole = has_true_size(*polygon, softness);
       add_side_softness(softness, points, rim);
       return rim;
@@ -333,7 +365,7 @@ std::optional<PolygonRim> measure_saturated_polygon(const Patch& patch,
   for (int pass = 0; pass < max_saturated_passes; ++pass) {
     std::vector<std::vector<RimLine>> lines;
     for (std::size_t i = 0; i < polygon->sides.size(); ++i)
-      lines.push_back(polygon->lines(i, saturated_corner_px));
+      lines.push_back(lines_across(patch, component, *polygon, i, saturated_corner_px));
     const auto all_lines = [&](auto&& f) {
       for (const auto& side : lines) std::for_each(side.begin(), side.end(), f);
     };
@@ -361,7 +393,7 @@ std::optional<PolygonRim> measure_saturated_polygon(const Patch& patch,
     add_saturated_shift(tail_misfit(patch, all_lines, tail, level), tail.is_halo(radius_px),
                         rim.light_response_px2, rim.common_covariance_px2,
                         rim.centre_covariance_px2);
-    finish(points, rim);
+    finish(points, excess_scatter(rim.polygon, points, 1, 1), rim);
     add_unclipped_part(patch, component, rim.points, rim.centre_covariance_px2);
     return rim;
   }

@@ -3,11 +3,13 @@
 // rectangle is the same after half a turn, a square after a quarter, so a square has up to eight.
 #include "libocc/identify/internal/search_by_corners.hpp"
 
+#include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <algorithm>
 #include <array>
 #include <cmath>
 
+#include "libocc/core/internal/blob_corners.hpp"
 #include "libocc/core/math.hpp"
 #include "libocc/pose/internal/point_fit.hpp"
 #include "libocc/pose/solvers/p3p.hpp"
@@ -26,9 +28,7 @@ struct SeenCorners {
 };
 
 std::optional<SeenCorners> seen_corners(const AssignmentProblem& problem, const Blob& blob) {
-  constexpr double fit_px = 0.3, growth_px = 3;  // of a corner; of a saturated rim
-  const double sigma_px =
-      std::hypot(fit_px, problem.options->model_sigma_px) + (blob.saturated ? growth_px : 0);
+  const double growth_px = blob.saturated ? core::over_exposed_growth_px : 0;
   SeenCorners seen;
   for (std::size_t i = 0; i < corners; ++i) {
     Eigen::Matrix<double, 3, 2> by_pixel;
@@ -38,7 +38,10 @@ std::optional<SeenCorners> seen_corners(const AssignmentProblem& problem, const 
     Eigen::Matrix<double, 2, 3> tangent;
     tangent.row(0) = unit.unitOrthogonal().transpose();
     tangent.row(1) = unit.cross(tangent.row(0).transpose()).transpose();
-    const Eigen::Matrix2d root = tangent * by_pixel * sigma_px / bearing->norm();
+    const Eigen::Matrix2d covariance_px2 =
+        core::corner_covariance_px2(blob, i, problem.options->model_sigma_px, growth_px);
+    const Eigen::Matrix2d root =
+        tangent * by_pixel * covariance_px2.llt().matrixL().toDenseMatrix() / bearing->norm();
     seen.bearings.col(static_cast<Eigen::Index>(i)) = unit;
     seen.across[i] = root.inverse() * tangent;
   }

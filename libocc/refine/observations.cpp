@@ -101,10 +101,12 @@ bool determines_position(const Blob& blob) {
   return more.trace() >= 0 && more.determinant() >= 0;
 }
 
-bool uses_rim(const Lamp& lamp, const Blob& blob, const RefineOptions& options) {
+/// `lamps`: number of lamps. Fewer than three have a pose by their rims alone.
+bool uses_rim(const Lamp& lamp, const Blob& blob, std::size_t lamps, const RefineOptions& options) {
   const std::size_t needed = blob.cut_by_border ? 1 : min_rim_points;
   return uses_rims(options.rung) && has_rim_distance(lamp.shape) && blob.rim.size() >= needed &&
-         has_its_shape(lamp, blob) && (blob.has_elliptical_rim() || determines_position(blob));
+         has_its_shape(lamp, blob) &&
+         (blob.has_elliptical_rim() || lamps < 3 || determines_position(blob));
 }
 
 void observe_rim(const Match& match, const Blob& blob, const Camera& camera,
@@ -298,7 +300,7 @@ Observations observe(const std::vector<Match>& matches, const std::vector<Blob>&
     observe_softness(observation);
     observation.common_covariance_px2.diagonal().head<3>() +=
         Eigen::Vector3d(own_growth_variance_px2(blob), model_variance, model_variance);
-    if (uses_rim(lamp, blob, options)) {
+    if (uses_rim(lamp, blob, matches.size(), options)) {
       observe_rim(match, blob, scene.camera, observation, all.rim);
       all.rims_grow = all.rims_grow || all.grows(observation);
     }

@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 
+#include "libocc/core/internal/blob_corners.hpp"
 #include "libocc/core/math.hpp"
 #include "libocc/core/statistics.hpp"
 #include "libocc/formation/rim.hpp"
@@ -100,7 +101,6 @@ std::pair<SeenLight, double> appearance(const Lamp& lamp, const Blob& blob,
   light.flux = flux_ratio(lamp, blob, cam_from_world, scene);
   if (blob.striped || !(blob.ellipse.semi_minor_px > 0)) return {light, 0};
   if (lamp.shape != LampShape::disc && !has_shape_of(lamp, blob)) {
-    if (blob.corners_px.size() == 4) return {light, 0};  // the corners say more, see add_corners
     const auto axes_px = predicted_light_axes_px(lamp, cam_from_world, scene.camera);
     if (axes_px) {
       const bool grown = has_grown(lamp, blob, colours_are_stated);
@@ -230,9 +230,9 @@ void add_shape(const Lamp& lamp, const Blob& blob, const Rigid3& cam_from_world,
 /// Adds three corners of a rectangle relative to its centroid; the fourth follows. A false light
 /// has them anywhere in a square about the blob.
 void add_corners(const Lamp& lamp, const Blob& blob, const Rigid3& cam_from_world,
-                 const Camera& camera, PoseEvidence& evidence) {
+                 const Camera& camera, bool has_grown, PoseEvidence& evidence) {
   constexpr std::size_t corners = 4;
-  constexpr double fit_px = 0.3, growth_px = 3, step = 1e-6, square_over_axis = 3;
+  constexpr double step = 1e-6, square_over_axis = 3;
   if (lamp.shape != LampShape::rectangle || blob.corners_px.size() != corners || blob.striped)
     return;
   const Eigen::Matrix<double, 3, 4> offsets = scene::rectangle_corners(lamp);
@@ -264,14 +264,14 @@ void add_corners(const Lamp& lamp, const Blob& blob, const Rigid3& cam_from_worl
       squares += (here[(i + t) % corners] - (blob.corners_px[i] - blob.centroid_px)).squaredNorm();
     if (squares < nearest) nearest = squares, turn = t;
   }
-  const double sigma_px = fit_px + (blob.saturated ? growth_px : 0);
+  const double growth_px = has_grown ? core::over_exposed_growth_px : 0;
   const double side_px = square_over_axis * blob.ellipse.semi_major_px;
   for (std::size_t i = 0; i + 1 < corners; ++i) {
     const std::size_t j = (i + turn) % corners;
     SeenLamp corner;
     corner.by_size = here[j];
     corner.residual_px = here[j] - (blob.corners_px[i] - blob.centroid_px);
-    corner.covariance_px2 = square(sigma_px) * Eigen::Matrix2d::Identity();
+    corner.covariance_px2 = core::corner_covariance_px2(blob, i, 0, growth_px);
     for (int k = 0; k < 6; ++k)
       corner.by_pose.col(k) = (moved[static_cast<std::size_t>(k)][j] - here[j]) / step;
     evidence.corners.push_back(corner);
@@ -332,7 +332,8 @@ PoseEvidence evidence_of(const Refined& refined, const Hypothesis& hypothesis,
     evidence.log_appearance += log_visible + log_code_ratio(lamp, blob, scene.lamps.size()) +
                                colours.log_ratio(residual.match.lamp, blob);
     add_shape(lamp, blob, cam_from_world, scene, growth_px, seen);
-    add_corners(lamp, blob, cam_from_world, scene.camera, evidence);
+    add_corners(lamp, blob, cam_from_world, scene.camera,
+                has_grown(lamp, blob, colours.is_active()), evidence);
     evidence.lamps.push_back(seen);
   }
   evidence.log_appearance += log_light_ratio(lights, log_fluxes(blobs, is_lamp, colours, scene));

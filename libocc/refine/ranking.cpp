@@ -24,8 +24,10 @@ constexpr double min_unfinished = 0.01;
 
 RankedPose refine_hypothesis(const RefinementAhead& ahead, const Hypothesis& hypothesis,
                              const Rigid3& start, const RefineOptions& given) {
+  constexpr int times_longer = 5;  // fewer than three lamps have narrow, curved valleys
   RefineOptions options = given;
   options.rung = std::min(options.rung, Rung::rims);
+  if (hypothesis.matches.size() < 3) options.max_iterations *= times_longer;
   RankedPose ranked;
   ranked.refined =
       refine_as_stated(start, hypothesis.matches, ahead.blobs, ahead.scene, options, nullptr);

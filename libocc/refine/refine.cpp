@@ -368,9 +368,10 @@ double tolerance_px(const Rigid3& start, const Observations& observations, const
                                     : options.tolerance_px;
 }
 
+/// `pose_only`: the covariance need not allow for a flat minimum.
 Result<Refined> refine_with(const Rigid3& start, const std::vector<Match>& matches,
                             const std::vector<Blob>& blobs, const Scene& stated,
-                            RefineOptions options, const ImageView* image) {
+                            RefineOptions options, const ImageView* image, bool pose_only = false) {
   options.validate();
   require(start.rotation.allFinite() && start.translation.allFinite(), "start", start.matrix(),
           "finite");
@@ -391,7 +392,7 @@ Result<Refined> refine_with(const Rigid3& start, const std::vector<Match>& match
         has_shared_errors(stated)
             ? minimise_with_shared_errors(state, matches, blobs, options, observations, *corrected)
             : find_minimum(state, observations, scene, options);
-    if (minimum.converged && !observations.has_pixels() && may_be_flat(minimum)) {
+    if (!pose_only && minimum.converged && !observations.has_pixels() && may_be_flat(minimum)) {
       const Rung rung =
           observations.rim.empty() ? std::min(options.rung, Rung::centres) : Rung::rims;
       RefineProblem problem(observations, scene, options, rung);
@@ -432,7 +433,7 @@ void add_error_of_light(const std::vector<Match>& matches, const std::vector<Blo
   const Rigid3 pose = result->cam_from_world;
   const auto without = without_light_gradient(pose, matches, blobs, scene);
   if (!without) return;
-  const Result<Refined> other = refine_with(pose, matches, *without, scene, options, image);
+  const Result<Refined> other = refine_with(pose, matches, *without, scene, options, image, true);
   if (other.ok()) add_pose_error(difference(other->cam_from_world, pose), result.value);
 }
 

@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 #include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
 #include <vector>
 
@@ -91,6 +92,50 @@ TEST(Quadrilateral, OverlappingDiscsAreMerged) {
     canvas.add_disc({50 + apart_px, 55}, 10, 10, 0, 0.8, 3000);
     for (const Blob& blob : found_in(canvas)) EXPECT_TRUE(blob.merged) << apart_px;
   }
+}
+
+/// Distance of the farthest of four corners from the nearest measured one.
+double farthest_corner_px(const std::vector<Vector2d>& measured, const Vector2d& centre,
+                          const Vector2d& size, double angle_rad) {
+  const Vector2d along(std::cos(angle_rad), std::sin(angle_rad)), across(-along.y(), along.x());
+  double farthest = 0;
+  for (const double u : {-0.5, 0.5})
+    for (const double v : {-0.5, 0.5}) {
+      const Vector2d corner = centre + u * size.x() * along + v * size.y() * across;
+      double nearest = 1e9;
+      for (const Vector2d& px : measured) nearest = std::min(nearest, (px - corner).norm());
+      farthest = std::max(farthest, nearest);
+    }
+  return farthest;
+}
+
+// Light that differs from block to block, and lowers the sides here and there.
+TEST(Quadrilateral, CornersOfBlotchyLightAreMeasured) {
+  constexpr int block_px = 3;
+  const Vector2d centre(60.3, 54.6);
+  int rough = 0;
+  for (const double angle_rad : {0.1, 0.3, 1.1, 2.0})
+    for (const Vector2d& size : {Vector2d(50, 14), Vector2d(56, 24)}) {
+      Canvas canvas(120, 110);
+      add_rectangle(canvas, 120, centre, size, angle_rad, [](double) { return 3000; });
+      Random random(7);
+      for (int y = 0; y < 110; y += block_px)
+        for (int x = 0; x < 120; x += block_px) {
+          const double factor = random.uniform(0.5, 1.3);
+          for (int v = y; v < std::min(110, y + block_px); ++v)
+            for (int u = x; u < std::min(120, x + block_px); ++u) canvas.at(u, v) *= factor;
+        }
+      const std::vector<Blob> blobs = found_in(canvas);
+      ASSERT_EQ(blobs.size(), 1u);
+      ASSERT_EQ(blobs[0].corners_px.size(), 4u) << size.transpose() << ", " << angle_rad;
+      EXPECT_LT(farthest_corner_px(blobs[0].corners_px, centre, size, angle_rad), 1.5);
+      const Vector2d off = blobs[0].centroid_px - centre;
+      EXPECT_LT(off.dot(blobs[0].covariance_px2.inverse() * off), 9)
+          << size.transpose() << ", " << angle_rad;
+      EXPECT_GT(blobs[0].rim.size(), 20u);
+      rough += blobs[0].rim_covariance_px2(0, 0) > 0.5;
+    }
+  EXPECT_GE(rough, 2);  // the others have sharp sides
 }
 
 }  // namespace

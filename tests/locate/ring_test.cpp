@@ -138,7 +138,7 @@ TEST(Ring, PhotographsAmongWhiteLampsAndWindows) {
     wrong += std::all_of(candidates.begin(), candidates.end(),
                          [&](const Candidate& c) { return off_m(c) > 0.12 * true_m; });
   }
-  EXPECT_GE(good + 3, files.size());  // one shows a single tape, one has half of them hidden
+  EXPECT_GE(good + 1, files.size());  // in one, all tapes are hidden in part
   EXPECT_EQ(wrong, 0u);
 }
 

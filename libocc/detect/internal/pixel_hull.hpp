@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -22,8 +23,12 @@ std::vector<Pixel> convex_hull(const std::vector<Pixel>& pixels);
 /// Number of pixels in a hull, by Pick's theorem.
 double pixels_inside(const std::vector<Pixel>& hull);
 
-/// Share of the hull in the largest quadrilateral of its corners.
-double share_of_quadrilateral(const std::vector<Pixel>& hull);
+/// Largest quadrilateral of a hull's corners, in their order.
+struct HullQuadrilateral {
+  std::array<Pixel, 4> corners = {};
+  double share = 0;  ///< its area over the hull's
+};
+HullQuadrilateral quadrilateral_of(const std::vector<Pixel>& hull);
 
 /// Centroid and second central moments of the hull's area; the area is positive.
 struct AreaMoments {

@@ -45,8 +45,16 @@ struct Polygon {
       Eigen::Matrix2d::Zero();  ///< second central moments of the area
   double area_px2 = 0;
 
+  /// Polygon with straight sides through corners that are clockwise in the image.
+  static Polygon through(std::vector<Eigen::Vector2d> corners_px);
+
   const Eigen::Vector2d& corner_after(std::size_t side) const {
     return corners_px[(side + 1) % corners_px.size()];
+  }
+  double perimeter_px() const {
+    double sum = 0;
+    for (std::size_t i = 0; i < sides.size(); ++i) sum += (corner_after(i) - corners_px[i]).norm();
+    return sum;
   }
   /// Outward unit normal of the straight line between the ends of a side.
   Eigen::Vector2d normal(std::size_t side) const;

@@ -8,6 +8,7 @@
 
 #include "libocc/detect/internal/components.hpp"
 #include "libocc/detect/internal/patch.hpp"
+#include "libocc/detect/internal/subpixel.hpp"
 
 namespace occ::internal::detect {
 
@@ -20,5 +21,11 @@ inline constexpr double outline_level = 0.25;
 /// otherwise. Its error is a fraction of a pixel, but it does not depend on how evenly the lamp is
 /// lit.
 std::optional<Eigen::Vector2d> quadrilateral_centre(const Patch& patch, const Component& component);
+
+/// Sides and corners of such a component, to about half a pixel: from where the light falls to half
+/// of that nearby, on each row or column across a side. For lamps whose light is too uneven, too
+/// clipped or too much altered by the camera for measure_polygon(). Empty if a side is not
+/// straight.
+std::optional<PolygonRim> measure_quadrilateral(const Patch& patch, const Component& component);
 
 }  // namespace occ::internal::detect
