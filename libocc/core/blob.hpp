@@ -81,8 +81,9 @@ struct Blob {
   bool saturated = false;  ///< pixels at full scale: the rim has grown, the flux is a lower bound
   bool merged = false;     ///< its shape is that of several lamps
   bool cut_by_border = false;  ///< touches the image border: centroid and flux of the visible part
-  /// Something in front hides a part of a disc: the rim is the visible part, and the centroid that
-  /// of the ellipse through it; the flux is a lower bound.
+  /// Something in front hides a part: the rim is the visible part, and the flux is a lower bound.
+  /// The centroid of a disc is that of the ellipse through the rim. Of a lamp with straight sides,
+  /// corners_px and centroid are those of the visible part; the covariance contains the rest.
   bool hidden_in_part = false;
   bool patterned = false;  ///< several bright parts with gaps, or one with gaps, such as the cells
                            ///< of a louvre: only the centre of their common outline is known
@@ -99,6 +100,10 @@ struct Blob {
   bool flux_is_lower_bound() const {
     return saturated || cut_by_border || hidden_in_part || striped;
   }
+
+  /// True if a part of a lamp with straight sides is hidden. Its rim has points of visible sides
+  /// only; other sides and corners are not those of the lamp.
+  bool has_hidden_sides() const { return hidden_in_part && !corners_px.empty(); }
 
   /// True if the rim is that of an ellipse, which `ellipse` describes.
   bool has_elliptical_rim() const { return !rim.empty() && corners_px.empty() && !free_form; }

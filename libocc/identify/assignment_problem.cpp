@@ -106,7 +106,7 @@ Eigen::Matrix<double, 2, 3> tangent_plane(const Eigen::Vector3d& bearing) {
 // The rim of a saturated blob lies outside the true rim.
 void measure_size(const Blob& blob, const Eigen::Matrix2d& rad_per_px, BearingObservation& s) {
   constexpr double tolerance = 1.3, error_px = 1, growth_px = 5;
-  if (blob.rim.empty() || blob.merged) return;
+  if (blob.rim.empty() || blob.merged || blob.has_hidden_sides()) return;
   const Eigen::Vector2d axis(std::cos(blob.ellipse.angle_rad), std::sin(blob.ellipse.angle_rad));
   const Eigen::Vector2d across(-axis.y(), axis.x());
   const double radius_rad = std::max((rad_per_px * axis).norm() * blob.ellipse.semi_major_px,
@@ -166,7 +166,8 @@ double map_variance_rad2(const AssignmentProblem& problem, const Blob& blob,
 // centroid of the image of a large tilted one is several pixels away. Empty for other shapes.
 std::optional<Eigen::Vector3d> bearing_of_diagonals(const Blob& blob, const Camera& camera) {
   constexpr std::size_t corners = 4;
-  if (blob.corners_px.size() != corners || blob.cut_by_border || !camera.is_central())
+  if (blob.corners_px.size() != corners || blob.cut_by_border || blob.hidden_in_part ||
+      !camera.is_central())
     return std::nullopt;
   std::array<Eigen::Vector3d, corners> bearings;
   for (std::size_t i = 0; i < corners; ++i) {

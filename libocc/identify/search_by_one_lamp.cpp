@@ -74,6 +74,7 @@ OneLampPoses one_lamp_poses(const AssignmentProblem& problem, bool& cut_short) {
     }
     const BearingObservation& observation = problem.observation(s);
     const Blob& blob = (*problem.blobs)[static_cast<std::size_t>(observation.blob)];
+    if (blob.has_hidden_sides()) continue;
     OutlineSearch by_outline(problem, blob);
     for (const int t : observation.lamps) {
       const Lamp& lamp = problem.scene->lamps[static_cast<std::size_t>(t)];

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "libocc/locate/locate.hpp"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -19,6 +20,7 @@
 #include "libocc/locate/internal/excluded_poses.hpp"
 #include "libocc/locate/internal/exclusion.hpp"
 #include "libocc/locate/internal/found_colour.hpp"
+#include "libocc/locate/internal/hidden_sides.hpp"
 #include "libocc/locate/internal/map_rivals.hpp"
 #include "libocc/locate/internal/suspects.hpp"
 #include "libocc/refine/internal/estimated_map.hpp"
@@ -248,8 +250,10 @@ std::string text_of_cut(double untried) {
          " % of the groups of blobs untried";
 }
 
-Result<Fix> locate_blobs(const std::vector<Blob>& blobs, const Scene& scene,
-                         const LocateOptions& given, const ImageView* image, const Clock& clock) {
+/// `hypotheses`: those of the identification, for another attempt.
+Result<Fix> locate_as_measured(const std::vector<Blob>& blobs, const Scene& scene,
+                               const LocateOptions& given, const ImageView* image,
+                               const Clock& clock, std::vector<Hypothesis>& hypotheses) {
   Result<Fix> result;
   Fix& fix = result.value;
   fix.blobs = blobs;
@@ -270,7 +274,7 @@ Result<Fix> locate_blobs(const std::vector<Blob>& blobs, const Scene& scene,
         options.identify.max_time_s,
         std::max(min_s, search_share * (*options.budget_s - clock.seconds()) - after_search_s));
   const Clock identify_clock;
-  const Result<Identification> identified =
+  Result<Identification> identified =
       internal::identify::search_hypotheses(blobs, scene, options.identify);
   fix.timing_s.identify_s = identify_clock.seconds();
   fix.cut_short = identified->cut_short;
@@ -328,7 +332,45 @@ Result<Fix> locate_blobs(const std::vector<Blob>& blobs, const Scene& scene,
     result.message += suspects(*refinement.poses.front().refined, blobs, scene);
   add_message(internal::scene::colours_not_compared(scene.lamps, blobs), result);
   if (fix.cut_short) add_message(text_of_cut(identified->untried), result);
+  hypotheses = std::move(identified.value.hypotheses);
   return result;
+}
+
+bool is_located(const Result<Fix>& result) { return rank(result.status) == 0; }
+
+bool has_time(const LocateOptions& options, const Clock& clock) {
+  return !options.budget_s || clock.seconds() < 0.5 * *options.budget_s;
+}
+
+void name_hidden_sides(Result<Fix>& result) {
+  std::string ids;
+  for (const auto& [id, blob] : result->lamps)
+    if (blob.has_hidden_sides()) ids += " " + std::to_string(id);
+  if (!ids.empty())
+    add_message(
+        "something hides a part of lamps (id" + ids + "): only their visible sides are used",
+        result);
+}
+
+Result<Fix> locate_blobs(const std::vector<Blob>& blobs, const Scene& scene,
+                         const LocateOptions& options, const ImageView* image, const Clock& clock) {
+  const auto locate_these = [&](const std::vector<Blob>& these) {
+    Attempt attempt;
+    attempt.fix = locate_as_measured(these, scene, options, image, clock, attempt.hypotheses);
+    return attempt;
+  };
+  Attempt attempt = locate_these(blobs);
+  const bool is_ambiguous = rank(attempt.fix.status) == 1;
+  if (is_ambiguous || !scene.has_straight_sides()) return std::move(attempt.fix);
+  auto found =
+      locate_by_visible_sides(attempt, blobs, scene, options.prior,
+                              [&](const std::vector<Blob>& marked) -> std::optional<Attempt> {
+                                if (!has_time(options, clock)) return std::nullopt;
+                                return locate_these(marked);
+                              });
+  if (!found) return std::move(attempt.fix);
+  name_hidden_sides(*found);
+  return *std::move(found);
 }
 
 void check_sizes(const ImageView& image, const Camera& camera) {
@@ -345,18 +387,10 @@ Scene checked(Scene scene, const LocateOptions& options) {
   return scene.as_rendered();
 }
 
-bool is_located(const Result<Fix>& result) {
-  return result.ok() || result.status == Status::budget_not_met;
-}
-
 /// True if lamps with straight sides were not located. Their bright parts may then be lamps in
 /// several parts, such as the cells of a louvre.
 bool may_be_patterned(const Result<Fix>& result, const Scene& scene, const DetectOptions& options) {
   return !is_located(result) && scene.has_straight_sides() && options.rims && !options.patterned;
-}
-
-bool has_time(const LocateOptions& options, const Clock& clock) {
-  return !options.budget_s || clock.seconds() < 0.5 * *options.budget_s;
 }
 
 bool is_patterned(const Blob& blob) { return blob.patterned; }
@@ -364,9 +398,6 @@ bool is_patterned(const Blob& blob) { return blob.patterned; }
 bool has_patterned(const std::vector<Blob>& blobs) {
   return std::any_of(blobs.begin(), blobs.end(), is_patterned);
 }
-
-/// Order of results, best first: ok, ambiguous, others.
-int rank(Status status) { return status == Status::ok ? 0 : status == Status::ambiguous ? 1 : 2; }
 
 /// True if lamps that state no colour were not located. They may have one that tells them from
 /// other lights.

@@ -103,10 +103,11 @@ bool determines_position(const Blob& blob) {
 
 /// `lamps`: number of lamps. Fewer than three have a pose by their rims alone.
 bool uses_rim(const Lamp& lamp, const Blob& blob, std::size_t lamps, const RefineOptions& options) {
-  const std::size_t needed = blob.cut_by_border ? 1 : min_rim_points;
+  const std::size_t needed = blob.cut_by_border || blob.has_hidden_sides() ? 1 : min_rim_points;
   return uses_rims(options.rung) && has_rim_distance(lamp.shape) && blob.rim.size() >= needed &&
          has_its_shape(lamp, blob) &&
-         (blob.has_elliptical_rim() || lamps < 3 || determines_position(blob));
+         (blob.has_elliptical_rim() || lamps < 3 || blob.has_hidden_sides() ||
+          determines_position(blob));
 }
 
 void observe_rim(const Match& match, const Blob& blob, const Camera& camera,

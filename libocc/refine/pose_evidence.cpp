@@ -99,7 +99,8 @@ std::pair<SeenLight, double> appearance(const Lamp& lamp, const Blob& blob,
   const double seen_edge_on = std::log(0.01);
   SeenLight light;
   light.flux = flux_ratio(lamp, blob, cam_from_world, scene);
-  if (blob.striped || !(blob.ellipse.semi_minor_px > 0)) return {light, 0};
+  if (blob.striped || blob.has_hidden_sides() || !(blob.ellipse.semi_minor_px > 0))
+    return {light, 0};
   if (lamp.shape != LampShape::disc && !has_shape_of(lamp, blob)) {
     const auto axes_px = predicted_light_axes_px(lamp, cam_from_world, scene.camera);
     if (axes_px) {
@@ -205,7 +206,7 @@ void add_shape(const Lamp& lamp, const Blob& blob, const Rigid3& cam_from_world,
                double common_growth_px, SeenLamp& seen) {
   constexpr double min_growth_px = 2, relative = 0.003, step = 1e-6;
   const Camera& camera = scene.camera;
-  if (!has_shape_of(lamp, blob) || blob.striped) return;
+  if (!has_shape_of(lamp, blob) || blob.striped || blob.has_hidden_sides()) return;
   const auto shape = predicted_shape(lamp, cam_from_world, camera);
   if (!shape) return;
   for (int k = 0; k < 6; ++k) {
@@ -233,7 +234,8 @@ void add_corners(const Lamp& lamp, const Blob& blob, const Rigid3& cam_from_worl
                  const Camera& camera, bool has_grown, PoseEvidence& evidence) {
   constexpr std::size_t corners = 4;
   constexpr double step = 1e-6, square_over_axis = 3;
-  if (lamp.shape != LampShape::rectangle || blob.corners_px.size() != corners || blob.striped)
+  if (lamp.shape != LampShape::rectangle || blob.corners_px.size() != corners || blob.striped ||
+      blob.hidden_in_part)
     return;
   const Eigen::Matrix<double, 3, 4> offsets = scene::rectangle_corners(lamp);
   // Corners clockwise in the image, relative to the centroid.

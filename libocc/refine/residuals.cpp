@@ -52,7 +52,8 @@ void report_residuals(const State& state, const std::vector<Match>& matches,
         centre_error = scene.camera.difference_px(lamp.blob->centroid_px, *centroid).norm();
     }
     residual.rms_px = lamp.has_rim() ? rim_rms(lamp, observations, state) : centre_error;
-    const double of_lamp = lamp.has_centroid ? centre_error : residual.rms_px;
+    const bool by_rim = !lamp.has_centroid || (lamp.has_rim() && lamp.blob->has_hidden_sides());
+    const double of_lamp = by_rim ? residual.rms_px : centre_error;
     refined.lamps.push_back(residual);
     if (any_whole && lamp.blob->merged) continue;
     sum += of_lamp * of_lamp;

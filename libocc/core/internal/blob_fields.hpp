@@ -53,9 +53,11 @@ inline constexpr auto blob_fields = fields_of<Blob>(
     field("merged", &Blob::merged, "", Unrestricted{}, "has the shape of several lamps"),
     field("cut_by_border", &Blob::cut_by_border, "", Unrestricted{},
           "touches the image border: centroid and flux are those of the visible part"),
-    field("hidden_in_part", &Blob::hidden_in_part, "", Unrestricted{},
-          "a disc of which something in front hides a part: rim and centroid are those of the "
-          "ellipse through the visible part of the rim, the flux is a lower bound"),
+    field(
+        "hidden_in_part", &Blob::hidden_in_part, "", Unrestricted{},
+        "something in front hides a part: the rim is the visible part, the flux is a lower bound; "
+        "the centroid of a disc is that of the ellipse through the rim, of another lamp that of "
+        "the visible part, which the covariance allows for"),
     field("patterned", &Blob::patterned, "", Unrestricted{},
           "has bright parts with gaps: only the centre of their common outline is known"),
     field("striped", &Blob::striped, "", Unrestricted{},

@@ -20,4 +20,10 @@ LIBOCC_API void weigh(Fix& fix, double misfit, double excluded = 0);
 /// Number of poses that fit, and the probability of the best one.
 LIBOCC_API std::string rivals_message(const Fix& fix);
 
+/// Order of results, best first: located, whether or not a budget was met; ambiguous; others.
+inline int rank(Status status) {
+  if (status == Status::ok || status == Status::budget_not_met) return 0;
+  return status == Status::ambiguous ? 1 : 2;
+}
+
 }  // namespace occ::internal::locate

@@ -107,7 +107,8 @@ def draw_fix(path: str | PathLike[str], image: Pixels, fix: Fix, scene: Scene, *
         for id, blob in fix.lamps.items():
             mark = _blob_mark(f"lamp {id}", blob)
             mark.rim_px = project_rim(lamps[id], fix.cam_from_world, scene.camera, 90)
-            mark.predicted_px = _predicted_centroid(lamps[id], blob, fix, scene)
+            if not (blob.hidden_in_part and len(blob.corners_px)):  # its centroid is that of the visible part
+                mark.predicted_px = _predicted_centroid(lamps[id], blob, fix, scene)
             residual = mark.residual_px
             if residual is not None:
                 mark.notes = [f"off by {np.hypot(*residual):.3f} ± {report.sigma_px(blob):.3f} px"]
