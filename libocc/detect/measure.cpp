@@ -8,6 +8,7 @@
 #include <optional>
 #include <utility>
 
+#include "libocc/core/internal/blob_spread.hpp"
 #include "libocc/core/math.hpp"
 #include "libocc/detect/internal/outline.hpp"
 #include "libocc/detect/internal/quadrilateral.hpp"
@@ -47,7 +48,7 @@ Ellipse ellipse_of(const Eigen::Vector2d& centre, const Eigen::Matrix2d& moments
 }
 
 void inflate_covariance(Blob& blob) {
-  const double spread = 0.25 * std::max(blob.x1 - blob.x0 + 1, blob.y1 - blob.y0 + 1);
+  const double spread = core::spread_px(blob);
   blob.covariance_px2 += spread * spread * Eigen::Matrix2d::Identity();
 }
 

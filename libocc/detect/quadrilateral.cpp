@@ -156,6 +156,7 @@ std::optional<PolygonRim> measure_quadrilateral(const Patch& patch, const Compon
   constexpr double growth_px = 1, stretch_px = 0.5, shift_px = 0.2;
   constexpr double min_error_px = 0.4;  // of a side: its points err alike
   constexpr int passes = 3;
+  if (component.area_px < min_area_px2 / 2) return std::nullopt;  // most blobs are spots
   const std::vector<Pixel> hull = bright_hull(patch, component);
   if (hull.empty()) return std::nullopt;
   const HullQuadrilateral rough = quadrilateral_of(hull);

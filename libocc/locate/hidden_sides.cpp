@@ -10,6 +10,7 @@
 #include <set>
 #include <utility>
 
+#include "libocc/core/internal/blob_spread.hpp"
 #include "libocc/core/internal/dense.hpp"
 #include "libocc/core/math.hpp"
 #include "libocc/formation/rim.hpp"
@@ -65,10 +66,10 @@ bool is_at_border(const Blob& blob, std::size_t side, const Camera& camera) {
   constexpr double border_px = 4;
   const Eigen::Vector2d& from = blob.corners_px[side];
   const Eigen::Vector2d& to = blob.corners_px[(side + 1) % blob.corners_px.size()];
-  const Eigen::Vector2d low = from.cwiseMax(to), high = from.cwiseMin(to);
+  const Eigen::Vector2d upper = from.cwiseMax(to), lower = from.cwiseMin(to);
   return blob.cut_by_border &&
-         (low.minCoeff() < border_px || high.x() > camera.width() - 1 - border_px ||
-          high.y() > camera.height() - 1 - border_px);
+         (upper.minCoeff() < border_px || lower.x() > camera.width() - 1 - border_px ||
+          lower.y() > camera.height() - 1 - border_px);
 }
 
 class Sides {
@@ -77,24 +78,10 @@ class Sides {
       : focal_px_(0.5 * (scene.camera.fx_px() + scene.camera.fy_px())) {
     corners_.reserve(hypothesis.matches.size());
     for (const Match& match : hypothesis.matches) add(match, blobs, scene);
+    name(hypothesis.cam_from_world);
   }
 
   const std::vector<SeenSide>& seen() const { return sides_; }
-
-  /// Finds the sides of the lamps that the measured sides may be, by their directions.
-  void name(const Rigid3& pose) {
-    constexpr double min_cosine = 0.85;
-    for (SeenSide& seen : sides_) {
-      const Eigen::Vector3d along = (seen.ends[1] - seen.ends[0]).normalized();
-      double best = min_cosine;
-      seen.of_lamp.reset();
-      for (std::size_t i = 0; i < seen.lamp->size(); ++i) {
-        const auto [from, to] = side_of(*seen.lamp, i, pose);
-        const double cosine = along.dot((to.normalized() - from.normalized()).normalized());
-        if (cosine > best) best = cosine, seen.of_lamp = i;
-      }
-    }
-  }
 
   /// Empty without a side of the lamp.
   std::optional<Distances> distances_px(const SeenSide& seen, const Rigid3& pose) const {
@@ -180,6 +167,21 @@ class Sides {
     }
   }
 
+  /// Finds the sides of the lamps that the measured sides may be, by their directions.
+  void name(const Rigid3& pose) {
+    constexpr double min_cosine = 0.85;
+    for (SeenSide& seen : sides_) {
+      const Eigen::Vector3d along = (seen.ends[1] - seen.ends[0]).normalized();
+      double best = min_cosine;
+      seen.of_lamp.reset();
+      for (std::size_t i = 0; i < seen.lamp->size(); ++i) {
+        const auto [from, to] = side_of(*seen.lamp, i, pose);
+        const double cosine = along.dot((to.normalized() - from.normalized()).normalized());
+        if (cosine > best) best = cosine, seen.of_lamp = i;
+      }
+    }
+  }
+
   void add_sides(const Rigid3& pose, double scale_px, Matrix6& information,
                  Vector6& gradient) const {
     for (const SeenSide& side : sides_) {
@@ -240,8 +242,7 @@ std::size_t nearest_side(const Blob& blob, const Eigen::Vector2d& px) {
 /// Keeps some points of the rim. The centroid of the lamp is anywhere in the blob or beside it.
 void hide(std::vector<RimPoint> visible, Blob& blob) {
   blob.rim = std::move(visible);
-  const double spread_px = 0.25 * std::max(blob.x1 - blob.x0 + 1, blob.y1 - blob.y0 + 1);
-  blob.covariance_px2.diagonal().array() += square(spread_px);
+  blob.covariance_px2.diagonal().array() += square(core::spread_px(blob));
   blob.hidden_in_part = true;
 }
 
@@ -336,9 +337,8 @@ std::optional<std::vector<Blob>> mark_hidden_sides(const Hypothesis& hypothesis,
                                                    const std::optional<Prior>& prior) {
   constexpr std::size_t min_visible = 4;  // each gives two equations, a pose has six unknowns
   if (!scene.camera.is_central()) return std::nullopt;
-  Sides sides(hypothesis, blobs, scene);
+  const Sides sides(hypothesis, blobs, scene);
   if (sides.seen().size() < min_visible) return std::nullopt;
-  sides.name(hypothesis.cam_from_world);
   const std::optional<Rigid3> pose = sides.fit(hypothesis.cam_from_world, prior);
   if (!pose) return std::nullopt;
   std::vector<std::vector<std::size_t>> hidden(blobs.size());

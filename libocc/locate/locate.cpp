@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "libocc/locate/locate.hpp"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -250,11 +249,10 @@ std::string text_of_cut(double untried) {
          " % of the groups of blobs untried";
 }
 
-/// `hypotheses`: those of the identification, for another attempt.
-Result<Fix> locate_as_measured(const std::vector<Blob>& blobs, const Scene& scene,
-                               const LocateOptions& given, const ImageView* image,
-                               const Clock& clock, std::vector<Hypothesis>& hypotheses) {
-  Result<Fix> result;
+Attempt locate_as_measured(const std::vector<Blob>& blobs, const Scene& scene,
+                           const LocateOptions& given, const ImageView* image, const Clock& clock) {
+  Attempt attempt;
+  Result<Fix>& result = attempt.fix;
   Fix& fix = result.value;
   fix.blobs = blobs;
   fix.risk = 1;
@@ -262,7 +260,7 @@ Result<Fix> locate_as_measured(const std::vector<Blob>& blobs, const Scene& scen
   if (blobs.empty()) {
     result.status = Status::no_lamps;
     result.message = "nothing in the image stands out from the background";
-    return result;
+    return attempt;
   }
   LocateOptions options = given;
   options.identify.prior = options.refine.prior = options.prior;
@@ -283,7 +281,7 @@ Result<Fix> locate_as_measured(const std::vector<Blob>& blobs, const Scene& scen
     result.message = identified.message;
     fix.circles = identified->circles;
     if (!fix.circles.empty()) add_message(text_of_circle(fix.circles.front(), scene), result);
-    return result;
+    return attempt;
   }
 
   const Clock refine_clock;
@@ -332,8 +330,8 @@ Result<Fix> locate_as_measured(const std::vector<Blob>& blobs, const Scene& scen
     result.message += suspects(*refinement.poses.front().refined, blobs, scene);
   add_message(internal::scene::colours_not_compared(scene.lamps, blobs), result);
   if (fix.cut_short) add_message(text_of_cut(identified->untried), result);
-  hypotheses = std::move(identified.value.hypotheses);
-  return result;
+  attempt.hypotheses = std::move(identified.value.hypotheses);
+  return attempt;
 }
 
 bool is_located(const Result<Fix>& result) { return rank(result.status) == 0; }
@@ -355,9 +353,7 @@ void name_hidden_sides(Result<Fix>& result) {
 Result<Fix> locate_blobs(const std::vector<Blob>& blobs, const Scene& scene,
                          const LocateOptions& options, const ImageView* image, const Clock& clock) {
   const auto locate_these = [&](const std::vector<Blob>& these) {
-    Attempt attempt;
-    attempt.fix = locate_as_measured(these, scene, options, image, clock, attempt.hypotheses);
-    return attempt;
+    return locate_as_measured(these, scene, options, image, clock);
   };
   Attempt attempt = locate_these(blobs);
   const bool is_ambiguous = rank(attempt.fix.status) == 1;

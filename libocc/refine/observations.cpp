@@ -6,6 +6,7 @@
 #include <cmath>
 #include <string>
 
+#include "libocc/core/internal/blob_spread.hpp"
 #include "libocc/core/math.hpp"
 #include "libocc/core/require.hpp"
 #include "libocc/formation/internal/lens_blur.hpp"
@@ -130,8 +131,8 @@ void observe_centroid(const Match& match, const Blob& blob, double model_sigma_p
   const double common_variance = model_sigma_px * model_sigma_px + growth_px * growth_px;
   Eigen::Matrix2d covariance = blob.covariance_px2 + common_variance * Eigen::Matrix2d::Identity();
   if (blob.free_form && !has_its_shape(*observation.lamp, blob)) {
-    const double spread_px = 0.25 * std::max(blob.x1 - blob.x0 + 1, blob.y1 - blob.y0 + 1);
-    covariance += square(spread_px) * Eigen::Matrix2d::Identity();  // part of it is hidden
+    covariance +=
+        square(core::spread_px(blob)) * Eigen::Matrix2d::Identity();  // part of it is hidden
   }
   const bool positive = covariance(0, 0) > 0 && covariance.determinant() > 0;
   if (!positive || !covariance.allFinite()) {

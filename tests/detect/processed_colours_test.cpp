@@ -138,6 +138,12 @@ Errors errors_of(bool discs, double min_exposure, double max_exposure) {
   return errors;
 }
 
+void expect_true_sigmas(const Errors& errors) {
+  EXPECT_LT(errors.nees, 1.5);
+  EXPECT_LT(errors.worst_nees, 10);
+  EXPECT_LT(errors.growth2, 2);
+}
+
 TEST(ProcessedColours, SigmasOfDiscsHold) {
   const Errors dim = errors_of(true, 0.15, 0.7), bright = errors_of(true, 1.1, 2);
   EXPECT_EQ(dim.blobs + bright.blobs, 120);
@@ -145,9 +151,7 @@ TEST(ProcessedColours, SigmasOfDiscsHold) {
   EXPECT_GT(bright.clipped, 50);
   for (const Errors& errors : {dim, bright}) {
     EXPECT_GE(errors.rims, 57);
-    EXPECT_LT(errors.nees, 1.5);
-    EXPECT_LT(errors.worst_nees, 10);
-    EXPECT_LT(errors.growth2, 2);
+    expect_true_sigmas(errors);
   }
 }
 
@@ -156,11 +160,7 @@ TEST(ProcessedColours, RectanglesKeepTheirCorners) {
   EXPECT_GE(dim.cornered, 57);
   EXPECT_GE(bright.cornered, 57);
   EXPECT_GT(bright.clipped, 50);
-  for (const Errors& errors : {dim, bright}) {
-    EXPECT_LT(errors.nees, 1.5);
-    EXPECT_LT(errors.worst_nees, 10);
-    EXPECT_LT(errors.growth2, 2);
-  }
+  for (const Errors& errors : {dim, bright}) expect_true_sigmas(errors);
 }
 
 }  // namespace
