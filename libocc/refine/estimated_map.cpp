@@ -72,8 +72,9 @@ LampContradiction contradiction_at(const Refined& refined, const std::vector<Mat
   Observations observations = observe(matches, blobs, scene, options);
   for (std::size_t i = 0; i < matches.size(); ++i)
     observations.lamps[i].contradicts = refined.lamps[i].contradicts;
-  RefineProblem problem(observations, scene, options, Rung::rims);
   const State state{refined.cam_from_world, refined.rim_growth_px.value_or(0)};
+  observations.move_rims(state.growth_px, scene.camera);
+  RefineProblem problem(observations, scene, options, Rung::rims);
   const Minimum minimum = minimise(problem, state, options.max_iterations, options.tolerance_px);
   if (!minimum.defined) return {};
   std::vector<LampObservation> lamps = observations.lamps;

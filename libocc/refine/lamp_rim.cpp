@@ -212,9 +212,10 @@ int LampRim::linearise_rim(const State& state, const Eigen::Vector3d& pivot) {
       continue;
     }
     if (weights_[i] == 0) weights_[i] = 1;
-    if (all_.shared_errors.camera_count() > 0) linearise_on_rim(i, *distance, in_cam, d_lamp);
+    if (all_.shared_errors.camera_count() > 0)
+      linearise_on_rim(i, *distance + lamp_.moved_px, in_cam, d_lamp);
     const Eigen::Vector2d& normal = points_[i].normal;
-    const double off = *distance + growth_slope * state.growth_px -
+    const double off = *distance + lamp_.moved_px + growth_slope * state.growth_px -
                        normal.dot(light.displacement_px(points_[i].px, normal));
     rows_.col(i) << d_lamp.transpose(), growth_slope, off, common_errors(normal);
     rows_.col(i) *= points_[i].inverse_sigma;
@@ -441,8 +442,8 @@ double LampRim::chi2(const State& state, Eigen::VectorXd* by_shared) {
       continue;
     }
     const Eigen::Vector2d& normal = points_[i].normal;
-    const double off =
-        *distance - growth_px - normal.dot(light.displacement_px(points_[i].px, normal));
+    const double off = *distance + lamp_.moved_px - growth_px -
+                       normal.dot(light.displacement_px(points_[i].px, normal));
     const double residual = off * points_[i].inverse_sigma;
     sum += weights_[i] * residual * residual;
     pull += weights_[i] * residual * points_[i].inverse_sigma * common_errors(normal);

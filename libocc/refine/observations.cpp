@@ -210,8 +210,31 @@ std::vector<double> rim_distances_px(const LampInCam& in_cam, const LampObservat
   distances.reserve(lamp.rim_end - lamp.rim_begin);
   for (std::size_t i = lamp.rim_begin; i < lamp.rim_end; ++i)
     if (const auto distance = rim_distance_px(in_cam, observations.rim[i].ray))
-      distances.push_back(*distance);
+      distances.push_back(*distance + lamp.moved_px);
   return distances;
+}
+
+bool Observations::move_rims(double growth_px, const Camera& camera) {
+  constexpr double min_step_px = 1;  // a growth of 1 px seems to shift a rim by 0.001 px
+  std::vector<RimRay> rays;
+  bool moved = false;
+  for (LampObservation& lamp : lamps) {
+    if (!grows(lamp)) continue;
+    const double max_px = 0.5 * lamp.blob->ellipse.semi_minor_px;
+    const double moved_px = std::clamp(growth_px, -max_px, max_px);
+    if (!(std::abs(moved_px - lamp.moved_px) > min_step_px)) continue;
+    rays.clear();
+    for (std::size_t i = lamp.rim_begin; i < lamp.rim_end; ++i) {
+      const Eigen::Vector2d& normal = rim[i].normal;
+      if (const auto ray = rim_ray({rim[i].px - moved_px * normal, normal}, camera))
+        rays.push_back(*ray);
+    }
+    if (rays.size() < lamp.rim_end - lamp.rim_begin) continue;  // at the edge of the lens
+    for (std::size_t i = 0; i < rays.size(); ++i) rim[lamp.rim_begin + i].ray = rays[i];
+    lamp.moved_px = moved_px;
+    moved = true;
+  }
+  return moved;
 }
 
 bool Observations::has_pixels() const {

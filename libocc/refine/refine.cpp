@@ -83,19 +83,6 @@ double contradiction_chi2(const Observations& observations, const Scene& scene, 
   return sum;
 }
 
-/// Median distance of the rims that grow from their prediction: a start value of the common growth
-/// that is good enough for Huber's weights.
-double typical_growth_px(const State& state, const Observations& observations) {
-  std::vector<double> distances;
-  for (const LampObservation& lamp : observations.lamps) {
-    if (!observations.grows(lamp)) continue;
-    const LampInCam in_cam = lamp_in_cam(*lamp.lamp, state.cam_from_world);
-    const std::vector<double> here = rim_distances_px(in_cam, lamp, observations);
-    distances.insert(distances.end(), here.begin(), here.end());
-  }
-  return median(std::move(distances));
-}
-
 constexpr int plenty = 8;  // equations of centroids that determine a pose with redundancy
 
 /// Minimum for the rungs below direct, one after the other.
@@ -111,15 +98,25 @@ Minimum minimise_by_rims(const State& start, Observations& observations, const S
     if (by_centroids.converged && observations.equations(options, Rung::centres) >= plenty)
       leave_out_false_rims(near, observations);
   }
-  if (observations.rims_grow) near.growth_px = typical_growth_px(near, observations);
+  if (observations.rims_grow) {
+    near.growth_px = typical_growth_px(near, observations);
+    observations.move_rims(near.growth_px, scene.camera);
+  }
   const auto report = [&](const RefineProblem& problem, const Minimum& minimum) {
     for (std::size_t i = 0; i < observations.lamps.size(); ++i)
       if (observations.lamps[i].errors) observations.lamps[i].unit_error = problem.lamp_error(i);
     problem.report_own_chi2(minimum.state, observations.lamps);
     return minimum;
   };
-  RefineProblem problem(observations, scene, options, Rung::rims);
-  const Minimum minimum = minimise(problem, near, options.max_iterations, tolerance_px);
+  std::optional<RefineProblem> problem;
+  const auto minimise_from = [&](const State& state) {
+    problem.emplace(observations, scene, options, Rung::rims);
+    return minimise(*problem, state, options.max_iterations, tolerance_px);
+  };
+  Minimum minimum = minimise_from(near);
+  if (observations.rims_grow && minimum.converged &&
+      observations.move_rims(minimum.state.growth_px, scene.camera))
+    minimum = minimise_from(minimum.state);
   const bool errors =
       std::any_of(observations.lamps.begin(), observations.lamps.end(),
                   [](const LampObservation& lamp) { return lamp.errors.has_value(); });
@@ -129,7 +126,7 @@ Minimum minimise_by_rims(const State& start, Observations& observations, const S
     const Minimum other = minimise(again, start, options.max_iterations, tolerance_px);
     if (other.converged) return report(again, other);
   }
-  return report(problem, minimum);
+  return report(*problem, minimum);
 }
 
 /// Start value for the direct rung, from centroids alone if their redundancy is sufficient.
@@ -220,10 +217,11 @@ Minimum minimise_with_shared_errors(const State& start, const std::vector<Match>
   /// Returns the step in sigmas; infinite if there is no camera with the estimates.
   const auto linearise_at = [&](const Minimum& minimum) {
     const double step = (minimum.shared_errors - observations.shared_shift).norm();
-    return linearise_shared(minimum.shared_errors, stated, matches, blobs, options, observations,
-                            scene)
-               ? step
-               : infinity;
+    if (!linearise_shared(minimum.shared_errors, stated, matches, blobs, options, observations,
+                          scene))
+      return infinity;
+    observations.move_rims(minimum.state.growth_px, scene.camera);
+    return step;
   };
   Minimum minimum{start};
   if (observations.equations(options, Rung::centres) >= 6 && !observations.rim.empty()) {

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <optional>
 
+#include "libocc/core/statistics.hpp"
 #include "libocc/formation/rim.hpp"
 #include "libocc/refine/internal/predicted_centroid.hpp"
 
@@ -60,6 +61,17 @@ void report_residuals(const State& state, const std::vector<Match>& matches,
     ++count;
   }
   if (count > 0) refined.rms_px = std::sqrt(sum / count);
+}
+
+double typical_growth_px(const State& state, const Observations& observations) {
+  std::vector<double> distances;
+  for (const LampObservation& lamp : observations.lamps) {
+    if (!observations.grows(lamp)) continue;
+    const LampInCam in_cam = lamp_in_cam(*lamp.lamp, state.cam_from_world);
+    const std::vector<double> here = rim_distances_px(in_cam, lamp, observations);
+    distances.insert(distances.end(), here.begin(), here.end());
+  }
+  return median(std::move(distances));
 }
 
 }  // namespace occ::internal::refine

@@ -114,13 +114,17 @@ TEST(RefineProblem, EliminatedUnknownsEqualExplicitOnes) {
   Everything all;
   all.scene.lamps.resize(1);
   all.blobs.resize(1);
+  all.blobs[0].ellipse.semi_minor_px = 20;  // which limits how far the rim may be moved
   RimErrorCovariance& common = all.blobs[0].rim_covariance_px2;
   common.topLeftCorner<3, 3>() << 0.04, 0.01, 0.02, 0.01, 0.03, -0.01, 0.02, -0.01, 0.05;
   common.bottomRightCorner<2, 2>() << 0.02, 0.01, 0.01, 0.03;
   common(0, 3) = common(3, 0) = 0.01;
   all.options.flux = FluxModel::ignore;
   all.options.prior.reset();
-  const Observations observations = all.observations();
+  Observations observations = all.observations();
+  const double moved_px = 1.3;
+  EXPECT_TRUE(observations.move_rims(moved_px, all.scene.camera));
+  EXPECT_FALSE(observations.move_rims(1.4, all.scene.camera));
   RefineProblem problem(observations, all.scene, all.options, Rung::rims);
   const State state = {perturb(truth(), Vector6::Constant(1e-3)), 0.4};
   PoseNormalEquations normal;
@@ -134,7 +138,7 @@ TEST(RefineProblem, EliminatedUnknownsEqualExplicitOnes) {
     Eigen::Matrix<double, 1, 6> d_pose;
     const auto distance =
         rim_distance_px(all.scene.lamps[0], state.cam_from_world, point.ray, &d_pose);
-    residuals[i] = point.inverse_sigma * (distance.value() - state.growth_px);
+    residuals[i] = point.inverse_sigma * (distance.value() + moved_px - state.growth_px);
     const Eigen::Vector2d& m = point.normal;
     rows.row(i) << d_pose, -1, -1, -m.transpose(), m.y() * m.y() - m.x() * m.x(),
         -2 * m.x() * m.y();

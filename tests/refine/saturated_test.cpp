@@ -127,7 +127,7 @@ Nees mean_nees(const Exposure& exposure, int frames, bool aware = true) {
 
 // The lamps being as bright as the scene says and the PSF the one they are rendered with, errors
 // are smaller than they might be.
-TEST(SlowRefineSaturated, ErrorsAreNoLargerThanStated) {
+TEST(RefineSaturated, ErrorsAreNoLargerThanStated) {
   constexpr int frames = 15;
   for (const bool known : {true, false}) {
     for (const double psf_px : {0.5, 0.8, 1.2, 2.0}) {
@@ -146,7 +146,7 @@ TEST(SlowRefineSaturated, ErrorsAreNoLargerThanStated) {
 // The covariance contains the error of the pose if the gradient of light that the scene predicts is
 // absent, as where a phone corrects it. Here it is present, so errors are smaller than stated, but
 // not by an order of magnitude.
-TEST(SlowRefineSaturated, ErrorsAreNoLargerThanStatedUnderAPsfThatIsSampledAtPixels) {
+TEST(RefineSaturated, ErrorsAreNoLargerThanStatedUnderAPsfThatIsSampledAtPixels) {
   constexpr int frames = 12;
   for (const double over : {6.0, 12.0}) {
     const Nees nees = mean_nees({0.8, over, true}, frames);

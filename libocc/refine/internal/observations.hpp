@@ -28,6 +28,7 @@ struct LampObservation {
   const Lamp* lamp;
   const Blob* blob;
   std::size_t rim_begin = 0, rim_end = 0;  ///< in Observations::rim; equal without a usable rim
+  double moved_px = 0;                     ///< the rays of its rim are of points that far inwards
   /// Covariance of the errors common to its rim: growth, x, y.
   RimErrorCovariance common_covariance_px2 = RimErrorCovariance::Zero();
   bool has_centroid = false;  ///< its centroid is that of the whole lamp
@@ -69,6 +70,11 @@ struct Observations {
   bool has_pixels() const;  ///< true if a lamp without contradiction has pixels
 
   bool grows(const LampObservation& lamp) const { return all_grow || lamp.blob->saturated; }
+  /// Moves the points of the rims that grow inwards by the approximate growth, at most by half the
+  /// semi-minor axis. rim_distance_px is exact to first order only: perspective bends the image of
+  /// a tilted plane, so that a growth of 4 px would seem to shift a rim by 0.015 px. False if no
+  /// rim has to be moved.
+  LIBOCC_API bool move_rims(double growth_px, const Camera& camera);
   bool growth_was_used() const;  ///< a lamp that grows is taken by its rim
 
   /// Number of independent equations for the pose: at most 5 from a disc's rim, 6 from a
@@ -97,7 +103,8 @@ LIBOCC_API Observations observe(const std::vector<Match>& matches, const std::ve
                                 const Scene& scene, const RefineOptions& options,
                                 const ImageView* image = nullptr);
 
-/// Distances of the lamp's rim points from its rim [px], of those whose rays hit its plane.
+/// Distances of the lamp's rim points from its rim [px], including the growth, of those whose rays
+/// hit its plane.
 std::vector<double> rim_distances_px(const LampInCam& in_cam, const LampObservation& lamp,
                                      const Observations& observations);
 

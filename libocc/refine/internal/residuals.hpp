@@ -16,4 +16,8 @@ LIBOCC_API void report_residuals(const State& state, const std::vector<Match>& m
                                  const Observations& observations, const Scene& scene, Rung rung,
                                  Refined& refined);
 
+/// Median distance of the rims that grow from their prediction: a start value of the common growth
+/// that is good enough for Huber's weights.
+double typical_growth_px(const State& state, const Observations& observations);
+
 }  // namespace occ::internal::refine
