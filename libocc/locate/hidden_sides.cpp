@@ -273,11 +273,31 @@ bool hide_points(const Lamp& lamp, const Rigid3& pose, const Camera& camera, Blo
   return true;
 }
 
+/// Indices of the blobs with corners, the smallest first.
+std::vector<std::size_t> smallest_outlines(const std::vector<Blob>& blobs) {
+  std::vector<std::size_t> found;
+  for (std::size_t i = 0; i < blobs.size(); ++i)
+    if (blobs[i].corners_px.size() > 2 && !blobs[i].rim.empty()) found.push_back(i);
+  std::stable_sort(found.begin(), found.end(), [&](std::size_t a, std::size_t b) {
+    return blobs[a].rim.size() < blobs[b].rim.size();
+  });
+  return found;
+}
+
 /// Number of rim points of each blob, which tells how many sides are hidden.
 std::vector<std::size_t> points_left(const std::vector<Blob>& blobs) {
   std::vector<std::size_t> points;
   for (const Blob& blob : blobs) points.push_back(blob.rim.size());
   return points;
+}
+
+/// Number of lamps with an outline of which no side is hidden.
+std::size_t whole_outlines(const Hypothesis& hypothesis, const std::vector<Blob>& blobs) {
+  return static_cast<std::size_t>(
+      std::count_if(hypothesis.matches.begin(), hypothesis.matches.end(), [&](const Match& match) {
+        const Blob& blob = blobs[static_cast<std::size_t>(match.blob)];
+        return !blob.rim.empty() && !blob.hidden_in_part && !blob.cut_by_border;
+      }));
 }
 
 bool is_same_place(const Candidate& a, const Fix& b) {
@@ -306,15 +326,14 @@ std::optional<Result<Fix>> locate_by_visible_sides(
     const Attempt& first, const std::vector<Blob>& blobs, const Scene& scene,
     const std::optional<Prior>& prior,
     const std::function<std::optional<Attempt>(const std::vector<Blob>&)>& locate) {
-  constexpr std::size_t max_hypotheses = 4;
+  constexpr std::size_t max_hypotheses = 4, max_left_out = 4, max_names = 3, min_whole = 2;
   constexpr int rounds = 3;  // another lamp may be matched, and hidden, once the first is marked
   std::optional<Result<Fix>> best;
   std::set<std::vector<std::size_t>> tried;
-  for (std::size_t i = 0; i < std::min(max_hypotheses, first.hypotheses.size()); ++i) {
-    const Hypothesis& hypothesis = first.hypotheses[i];
-    if (rank(first.fix.status) == 0 && hypothesis.matches.size() <= first.fix->lamps.size())
-      continue;
+  // False if it leads to another place than the best one.
+  const auto follow = [&](const Hypothesis& hypothesis, std::size_t whole) {
     auto marked = mark_hidden_sides(hypothesis, blobs, scene, prior);
+    if (marked && whole_outlines(hypothesis, *marked) < whole) return true;
     std::optional<Attempt> attempt;
     for (int round = 0; round < rounds && marked; ++round) {
       if (!tried.insert(points_left(*marked)).second) break;
@@ -322,11 +341,32 @@ std::optional<Result<Fix>> locate_by_visible_sides(
       if (!attempt || rank(attempt->fix.status) == 0 || attempt->hypotheses.empty()) break;
       marked = mark_hidden_sides(attempt->hypotheses.front(), *marked, scene, prior);
     }
-    if (!attempt || !is_better(attempt->fix, first.fix)) continue;
+    if (!attempt || !is_better(attempt->fix, first.fix)) return true;
     if (best && !is_listed(*best.value(), *attempt->fix) &&
         !is_listed(*attempt->fix, *best.value()))
-      return std::nullopt;
+      return false;
     if (!best || rank(attempt->fix.status) < rank(best->status)) best = std::move(attempt->fix);
+    return true;
+  };
+  for (std::size_t i = 0; i < std::min(max_hypotheses, first.hypotheses.size()); ++i) {
+    const Hypothesis& hypothesis = first.hypotheses[i];
+    if (rank(first.fix.status) == 0 && hypothesis.matches.size() <= first.fix->lamps.size())
+      continue;
+    if (!follow(hypothesis, 0)) return std::nullopt;
+  }
+  if (best || rank(first.fix.status) < 2) return best;
+  // An outline that is hidden in part and taken for a whole one leads to wrong names. Without it
+  // the others give them; two of these must be whole.
+  const std::vector<std::size_t> outlines = smallest_outlines(blobs);
+  if (outlines.size() <= min_whole || outlines.size() > scene.lamps.size()) return best;
+  for (std::size_t i = 0; i < std::min(max_left_out, outlines.size()); ++i) {
+    std::vector<Blob> without_outline = blobs;
+    hide({}, without_outline[outlines[i]]);
+    const std::optional<Attempt> attempt = locate(without_outline);
+    if (!attempt) break;
+    for (std::size_t h = 0; h < std::min(max_names, attempt->hypotheses.size()) && !best; ++h)
+      follow(attempt->hypotheses[h], min_whole);
+    if (best) break;
   }
   return best;
 }

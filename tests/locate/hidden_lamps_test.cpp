@@ -97,12 +97,17 @@ TEST(HiddenLamps, VisibleRimsLocateMoreImages) {
   EXPECT_EQ(by_visible_rims.wrong, 0);
 }
 
-// Without hidden sides, 28 of 100 views of the panels are located.
+// Without hidden sides, 28 of 100 views of the panels are located. Without another try that leaves
+// out one outline, 69 of the polygons: their hypotheses have wrong names.
 TEST(HiddenLamps, VisibleSidesLocateMoreImages) {
-  for (const Scene& map : {room_of_panels(), room_of_polygons()}) {
+  struct Room {
+    Scene map;
+    int min_ok;
+  };
+  for (const auto& [map, min_ok] : {Room{room_of_panels(), 55}, Room{room_of_polygons(), 74}}) {
     const DetectOptions options = internal::locate::detect_options_of(map, {});
     const Beams beams = locate_below_beams(map, 100, options);
-    EXPECT_GE(beams.ok, 45);
+    EXPECT_GE(beams.ok, min_ok);
     EXPECT_GE(beams.named, 20);
     EXPECT_GE(beams.used_in_part, beams.named);
     EXPECT_EQ(beams.wrong, 0);
