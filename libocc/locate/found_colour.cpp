@@ -2,6 +2,8 @@
 #include "libocc/locate/internal/found_colour.hpp"
 
 #include <algorithm>
+#include <sstream>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -65,6 +67,14 @@ std::optional<Eigen::Vector3d> saturated_colour(const ImageView& image, DetectOp
   if (best == groups.end()) return std::nullopt;
   const Eigen::Vector3d colour = best->sum.isZero() ? best->like.colour : best->sum;
   return colour / colour.maxCoeff();
+}
+
+std::string text_of_found_colour(const Eigen::Vector3d& colour) {
+  std::ostringstream text;
+  text.precision(2);
+  text << "the scene states no colours: lamps with red, green and blue of " << colour.transpose()
+       << " in the image were taken for them";
+  return text.str();
 }
 
 }  // namespace occ::internal::locate

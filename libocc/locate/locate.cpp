@@ -8,6 +8,7 @@
 #include <iomanip>
 #include <sstream>
 
+#include "libocc/core/internal/image_levels.hpp"
 #include "libocc/core/math.hpp"
 #include "libocc/core/require.hpp"
 #include "libocc/identify/internal/assignment_evidence.hpp"
@@ -401,13 +402,15 @@ bool may_have_colour(const Result<Fix>& result, const DetectOptions& options) {
   return !is_located(result) && options.colours.empty() && !options.dark;
 }
 
-void name_colour(Result<Fix>& result) {
-  if (!result->found_colour) return;
-  std::ostringstream text;
-  text.precision(2);
-  text << "the scene states no colours: lamps with red, green and blue of "
-       << result->found_colour->transpose() << " in the image were taken for them";
-  add_message(text.str(), result);
+/// Deeper pixels than the sensor's seem to be saturated.
+void name_depth(const ImageView& image, const Sensor& sensor, Result<Fix>& result) {
+  if (image.type != PixelType::u16) return;
+  const int highest = internal::core::highest_level(image);
+  if (highest > sensor.full_scale_dn())
+    add_message("the image has grey levels up to " + std::to_string(highest) +
+                    ": those above the full scale of sensor.bit_depth = " +
+                    std::to_string(sensor.bit_depth) + " bits count as saturated",
+                result);
 }
 
 void name_patterned(Result<Fix>& result) {
@@ -479,8 +482,9 @@ Result<Fix> locate(const ImageView& image, const Scene& scene, const LocateOptio
     }
   }
   result.value.timing_s.detect_s = detect_s;
-  name_colour(result);
+  if (result->found_colour) add_message(text_of_found_colour(*result->found_colour), result);
   name_patterned(result);
+  name_depth(image, valid.sensor, result);
   result.value.timing_s.total_s = clock.seconds();
   return result;
 }

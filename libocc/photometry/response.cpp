@@ -8,6 +8,7 @@
 #include <sstream>
 #include <string>
 
+#include "libocc/core/internal/image_levels.hpp"
 #include "libocc/core/require.hpp"
 #include "libocc/core/statistics.hpp"
 #include "libocc/photometry/internal/response_fit.hpp"
@@ -50,14 +51,7 @@ void validate_depth(const std::vector<ImageView>& images, double full_scale_dn) 
   for (std::size_t i = 0; i < images.size(); ++i) {
     const ImageView& image = images[i];
     if (image.type == PixelType::u8) continue;
-    int highest = 0;
-    for (int y = 0; y < image.height; ++y) {
-      const auto* row =
-          reinterpret_cast<const std::uint16_t*>(static_cast<const unsigned char*>(image.data) +
-                                                 static_cast<std::size_t>(y) * image.row_bytes);
-      const auto count = static_cast<std::ptrdiff_t>(image.width) * image.channels;
-      highest = std::max<int>(highest, *std::max_element(row, row + count));
-    }
+    const int highest = internal::core::highest_level(image);
     require(highest <= full_scale_dn, "images[" + std::to_string(i) + "]'s brightest pixel",
             highest,
             "at most " + std::to_string(static_cast<int>(full_scale_dn)) + " by its bit_depth");

@@ -286,6 +286,21 @@ TEST(Locate, RefusesAnImageOfAnotherSizeThanTheCameras) {
   }
 }
 
+TEST(Locate, NamesPixelsThatAreDeeperThanTheSensors) {
+  Scene scene = irregular_room();
+  Random random(5);
+  Image image = simulate(scene, pose_with_lamps(random, scene, 4)).image;
+  image.type = PixelType::u16;
+  for (const std::uint8_t level : image.u8)
+    image.u16.push_back(static_cast<std::uint16_t>(257 * level));
+  image.u8.clear();
+  const Result<Fix> shallow = locate(image.view(), scene);
+  EXPECT_NE(shallow.message.find("sensor.bit_depth = 8"), std::string::npos) << shallow.message;
+  scene.sensor.bit_depth = 16;
+  const Result<Fix> deep = locate(image.view(), scene);
+  EXPECT_EQ(deep.message.find("bit_depth"), std::string::npos) << deep.message;
+}
+
 TEST(Locate, RefusesAnInvalidScene) {
   const Image image = constant_image(640, 480, 0);
   Scene scene = irregular_room();

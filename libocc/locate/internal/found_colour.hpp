@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 #include <optional>
+#include <string>
 
 #include "libocc/core/image.hpp"
 #include "libocc/detect/detect.hpp"
@@ -15,5 +16,8 @@ namespace occ::internal::locate {
 /// are. It is searched in the differences of the channels, so that white lights may overlap the
 /// coloured ones. `options`: with a sensor.
 std::optional<Eigen::Vector3d> saturated_colour(const ImageView& image, DetectOptions options);
+
+/// Sentence for the message of a fix.
+std::string text_of_found_colour(const Eigen::Vector3d& colour);
 
 }  // namespace occ::internal::locate

@@ -38,9 +38,8 @@ def command(
     lamps in view: 0 1 2 3 4 5
 
     Renders the image of the lamps in the camera of SCENE, and writes the ground truth beside it. By
-    default the camera faces up. SCENE is a YAML file or the name of a scene that comes with libocc:
-    coded_four, irregular_six, kookmin_colour, kookmin_four_lamps, kookmin_one_lamp,
-    square_four.
+    default the camera faces up. SCENE is a YAML file or the name of a scene that comes with libocc
+    (`libocc samples` lists them).
     """
     if cam_from_world is None:
         raise Failure("give either --position X Y Z or --pose FILE")
