@@ -17,6 +17,7 @@
 #include "libocc/geometry/rigid.hpp"
 #include "libocc/locate/fix.hpp"
 #include "libocc/locate/internal/best_candidate.hpp"
+#include "libocc/refine/refine.hpp"
 #include "libocc/scene/internal/lamp_polygon.hpp"
 #include "libocc/scene/internal/rectangle_corners.hpp"
 
@@ -273,14 +274,11 @@ bool hide_points(const Lamp& lamp, const Rigid3& pose, const Camera& camera, Blo
   return true;
 }
 
-/// Indices of the blobs with corners, the smallest first.
-std::vector<std::size_t> smallest_outlines(const std::vector<Blob>& blobs) {
+/// Indices of the blobs with corners.
+std::vector<std::size_t> outlines_of(const std::vector<Blob>& blobs) {
   std::vector<std::size_t> found;
   for (std::size_t i = 0; i < blobs.size(); ++i)
     if (blobs[i].corners_px.size() > 2 && !blobs[i].rim.empty()) found.push_back(i);
-  std::stable_sort(found.begin(), found.end(), [&](std::size_t a, std::size_t b) {
-    return blobs[a].rim.size() < blobs[b].rim.size();
-  });
   return found;
 }
 
@@ -298,6 +296,17 @@ std::size_t whole_outlines(const Hypothesis& hypothesis, const std::vector<Blob>
         const Blob& blob = blobs[static_cast<std::size_t>(match.blob)];
         return !blob.rim.empty() && !blob.hidden_in_part && !blob.cut_by_border;
       }));
+}
+
+/// True if a pose fits the visible sides of a hypothesis, which is much faster to find out than all
+/// poses that they may have.
+bool fits(const Hypothesis& hypothesis, const std::vector<Blob>& marked, const Scene& scene,
+          const std::optional<Prior>& prior) {
+  RefineOptions options;
+  options.prior = prior;
+  const Result<Refined> refined =
+      occ::refine(hypothesis.cam_from_world, hypothesis.matches, marked, scene, options);
+  return refined.status != Status::not_converged && refined->rms_px < gate_px;
 }
 
 bool is_same_place(const Candidate& a, const Fix& b) {
@@ -326,20 +335,22 @@ std::optional<Result<Fix>> locate_by_visible_sides(
     const Attempt& first, const std::vector<Blob>& blobs, const Scene& scene,
     const std::optional<Prior>& prior,
     const std::function<std::optional<Attempt>(const std::vector<Blob>&)>& locate) {
-  constexpr std::size_t max_hypotheses = 4, max_left_out = 4, max_names = 3, min_whole = 2;
+  constexpr std::size_t max_hypotheses = 4, max_names = 3, min_whole = 2;
   constexpr int rounds = 3;  // another lamp may be matched, and hidden, once the first is marked
   std::optional<Result<Fix>> best;
   std::set<std::vector<std::size_t>> tried;
   // False if it leads to another place than the best one.
-  const auto follow = [&](const Hypothesis& hypothesis, std::size_t whole) {
+  const auto follow = [&](Hypothesis hypothesis, std::size_t whole) {
     auto marked = mark_hidden_sides(hypothesis, blobs, scene, prior);
     if (marked && whole_outlines(hypothesis, *marked) < whole) return true;
     std::optional<Attempt> attempt;
     for (int round = 0; round < rounds && marked; ++round) {
       if (!tried.insert(points_left(*marked)).second) break;
+      if (!fits(hypothesis, *marked, scene, prior)) break;
       attempt = locate(*marked);
       if (!attempt || rank(attempt->fix.status) == 0 || attempt->hypotheses.empty()) break;
-      marked = mark_hidden_sides(attempt->hypotheses.front(), *marked, scene, prior);
+      hypothesis = attempt->hypotheses.front();
+      marked = mark_hidden_sides(hypothesis, *marked, scene, prior);
     }
     if (!attempt || !is_better(attempt->fix, first.fix)) return true;
     if (best && !is_listed(*best.value(), *attempt->fix) &&
@@ -355,17 +366,18 @@ std::optional<Result<Fix>> locate_by_visible_sides(
     if (!follow(hypothesis, 0)) return std::nullopt;
   }
   if (best || rank(first.fix.status) < 2) return best;
-  // An outline that is hidden in part and taken for a whole one leads to wrong names. Without it
-  // the others give them; two of these must be whole.
-  const std::vector<std::size_t> outlines = smallest_outlines(blobs);
+  // An outline that is hidden in part and taken for a whole one leads to wrong names. Without the
+  // smallest one, the others give them; two of these must be whole.
+  const std::vector<std::size_t> outlines = outlines_of(blobs);
   if (outlines.size() <= min_whole || outlines.size() > scene.lamps.size()) return best;
-  for (std::size_t i = 0; i < std::min(max_left_out, outlines.size()); ++i) {
-    std::vector<Blob> without_outline = blobs;
-    hide({}, without_outline[outlines[i]]);
-    const std::optional<Attempt> attempt = locate(without_outline);
-    if (!attempt) break;
-    for (std::size_t h = 0; h < std::min(max_names, attempt->hypotheses.size()) && !best; ++h)
-      follow(attempt->hypotheses[h], min_whole);
+  std::vector<Blob> without_outline = blobs;
+  hide({}, without_outline[*std::min_element(outlines.begin(), outlines.end(),
+                                             [&](std::size_t a, std::size_t b) {
+                                               return blobs[a].rim.size() < blobs[b].rim.size();
+                                             })]);
+  const std::optional<Attempt> attempt = locate(without_outline);
+  for (std::size_t h = 0; attempt && h < std::min(max_names, attempt->hypotheses.size()); ++h) {
+    follow(attempt->hypotheses[h], min_whole);
     if (best) break;
   }
   return best;

@@ -30,7 +30,7 @@ struct Attempt {
 /// Fix of blobs in which hidden sides are marked, if `first` is none or explains fewer lamps: a
 /// hypothesis with more lamps does not fit while their hidden sides are taken for theirs, which
 /// leaves a wrong one without a rival. If no hypothesis of `first` leads to a fix and there are not
-/// more outlines than lamps, those are tried that result without one of the smallest outlines.
+/// more outlines than lamps, those are tried that result without the smallest outline.
 /// `locate` returns the attempt for given blobs; empty if there is no time left. Empty if no
 /// hypothesis explains the blobs by hidden sides, and if two of `first` lead to different places.
 std::optional<Result<Fix>> locate_by_visible_sides(
