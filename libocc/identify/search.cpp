@@ -31,11 +31,16 @@ double squared_sigmas(const Rigid3& a, const FittedPose& b) {
   return delta.dot(core::solve_llt(b.covariance, delta));
 }
 
-// True if verifying every assignment would take long.
+// True if verifying every assignment would take long, or would keep too many: all assignments of
+// three blobs fit some pose. Votes compare the outlines of rectangles.
 bool has_many_assignments(const AssignmentProblem& problem) {
-  const auto coded = std::count_if(problem.observations.begin(), problem.observations.end(),
+  const auto& blobs = problem.observations;
+  const auto coded = std::count_if(blobs.begin(), blobs.end(),
                                    [](const BearingObservation& s) { return s.coded; });
-  return problem.map_points.size() >= min_lamps_of_a_search && problem.observations.size() >= 4 &&
+  const bool are_rectangles = std::all_of(blobs.begin(), blobs.end(),
+                                          [](const BearingObservation& s) { return s.of_centre; });
+  const std::size_t min_blobs = are_rectangles ? 3 : 4;
+  return problem.map_points.size() >= min_lamps_of_a_search && blobs.size() >= min_blobs &&
          coded < 2;
 }
 

@@ -208,5 +208,36 @@ TEST(LocateRectangles, ARectangleOfAnotherSizeIsNotOkWhereTheHeightIsKnown) {
   }
 }
 
+/// Any three panels fit some pose by their centres: their outlines select it.
+TEST(LocateRectangles, ThreeOfSixteenEqualPanelsAreNamed) {
+  Random random(8);
+  int images = 0;
+  for (int room = 0; room < 40; ++room) {
+    std::vector<Eigen::Vector3d> places_m;
+    while (places_m.size() < 16) {
+      const Eigen::Vector3d place_m(random.uniform(-5, 5), random.uniform(-2.6, 2.6), 3);
+      if (std::all_of(places_m.begin(), places_m.end(), [&](const Eigen::Vector3d& other_m) {
+            return (other_m - place_m).norm() > 0.8;
+          }))
+        places_m.push_back(place_m);
+    }
+    const Scene map = room_of({0.4, 0.3}, places_m);
+    const Rigid3 truth = random_view(random, {0, 0, 0.5}, 1);
+    SimulateOptions simulation;
+    simulation.seed = static_cast<std::uint64_t>(room);
+    const Rendered rendered = simulate(map, truth, simulation);
+    if (std::count_if(rendered.lamps.begin(), rendered.lamps.end(),
+                      [](const LampTruth& lamp) { return lamp.whole; }) != 3)
+      continue;
+    ++images;
+    const Result<Fix> fix = locate(rendered.image.view(), map);
+    EXPECT_EQ(fix.status, Status::ok) << fix.message;
+    if (fix.ok()) {
+      EXPECT_LT((fix->position_m - truth.origin_in_source()).norm(), 2e-3);
+    }
+  }
+  EXPECT_GE(images, 8);
+}
+
 }  // namespace
 }  // namespace occ
