@@ -8,9 +8,9 @@
 
 #include "libocc/core/internal/dense.hpp"
 #include "libocc/core/math.hpp"
-#include "libocc/detect/internal/flood.hpp"
 #include "libocc/detect/internal/normal_table.hpp"
 #include "libocc/detect/internal/plateau.hpp"
+#include "libocc/detect/internal/region.hpp"
 
 namespace occ::internal::detect {
 namespace {
@@ -29,112 +29,9 @@ double cross(const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
   return a.x() * b.y() - a.y() * b.x();
 }
 
-/// A crossing of the outline with a row or a column.
-struct Crossing {
-  Eigen::Vector2d px;
-  bool column;
-  double angle;  ///< about the centre
-};
-
-/// Pixels above a level that are connected with a start, by rows and columns.
-class Region {
- public:
-  Region(const Patch& patch, const Component& component, double level)
-      : patch_(patch), level_(level) {
-    const Eigen::Vector2d centre = component.shape.mean();
-    const int x = static_cast<int>(std::lround(centre.x()));
-    const int y = static_cast<int>(std::lround(centre.y()));
-    inside_.assign(static_cast<std::size_t>(patch.width()) * patch.height(), 0);
-    if (!is_above(x, y)) return;
-    inside_[at(x, y)] = 1;
-    const auto take = [&](int px, int py) {
-      if (!is_above(px, py) || inside_[at(px, py)]) return false;
-      inside_[at(px, py)] = 1;
-      return true;
-    };
-    for (const auto& [px, py] : flood({x, y}, side_steps, take)) {
-      ++area_;
-      sum_ += Eigen::Vector2d(px, py);
-    }
-  }
-
-  int area_px() const { return area_; }
-
-  /// Crossings where the outline is steep to a row or column, around the centre. A row or column
-  /// that leaves the region and enters it again is no part of a convex shape: empty then.
-  std::vector<Crossing> crossings() const {
-    std::vector<Crossing> out;
-    const Eigen::Vector2d centre = sum_ / std::max(1, area_);
-    int gaps = 0, lines = 0;
-    for (const bool column : {true, false}) {
-      const int u0 = column ? patch_.x0() : patch_.y0();
-      const int count = column ? patch_.width() : patch_.height();
-      const int v0 = column ? patch_.y0() : patch_.x0();
-      const int length = column ? patch_.height() : patch_.width();
-      for (int u = u0; u < u0 + count; ++u) {
-        int first = -1, last = -1, pixels = 0;
-        for (int v = v0; v < v0 + length; ++v) {
-          if (!contains(column, u, v)) continue;
-          if (pixels++ == 0) first = v;
-          last = v;
-        }
-        if (pixels == 0) continue;
-        ++lines;
-        gaps += last - first + 1 > pixels;
-        add(column, u, first, -1, centre, out);
-        add(column, u, last, 1, centre, out);
-      }
-    }
-    constexpr int noisy = 20;  // one line in this many may have a dark pixel
-    if (noisy * gaps > lines) out.clear();
-    std::sort(out.begin(), out.end(),
-              [](const Crossing& a, const Crossing& b) { return a.angle < b.angle; });
-    return out;
-  }
-
- private:
-  bool is_above(int x, int y) const { return patch_.contains(x, y) && *patch_.at(x, y) > level_; }
-  std::size_t at(int x, int y) const {
-    return static_cast<std::size_t>(y - patch_.y0()) * static_cast<std::size_t>(patch_.width()) +
-           static_cast<std::size_t>(x - patch_.x0());
-  }
-  bool contains(bool column, int u, int v) const {
-    return inside_[column ? at(u, v) : at(v, u)] != 0;
-  }
-
-  /// Interpolates between the last pixel inside and the next one. At the image border there is
-  /// none.
-  void add(bool column, int u, int v, int outward, const Eigen::Vector2d& centre,
-           std::vector<Crossing>& out) const {
-    const int x = column ? u : v, y = column ? v : u;
-    const int dx = column ? 0 : outward, dy = column ? outward : 0;
-    if (!patch_.contains(x + dx, y + dy)) return;
-    for (const int side : {-1, 1})
-      if (!patch_.contains(x + side, y + side) || !patch_.contains(x + dx + side, y + dy + side))
-        return;
-    const float* inside = patch_.at(x, y);
-    const float* outside = patch_.at(x + dx, y + dy);
-    const std::ptrdiff_t row = patch_.width();
-    const Eigen::Vector2d gradient(inside[1] - inside[-1] + outside[1] - outside[-1],
-                                   inside[row] - inside[-row] + outside[row] - outside[-row]);
-    const Eigen::Vector2d direction(dx, dy);
-    if (2 * square(gradient.dot(direction)) < gradient.squaredNorm()) return;
-    const double fraction = (*inside - level_) / (*inside - *outside);
-    const Eigen::Vector2d px = Eigen::Vector2d(x, y) + fraction * direction;
-    const Eigen::Vector2d arm = px - centre;
-    out.push_back({px, column, std::atan2(arm.y(), arm.x())});
-  }
-
-  const Patch& patch_;
-  double level_;
-  std::vector<char> inside_;
-  int area_ = 0;
-  Eigen::Vector2d sum_ = Eigen::Vector2d::Zero();
-};
-
 /// Adds the crossings between two corners that are farther than corner_px from the line between the
 /// corners around them, in order. False if there are too many.
-bool split(const std::vector<Crossing>& outline, std::size_t from, std::size_t to,
+bool split(const std::vector<RegionCrossing>& outline, std::size_t from, std::size_t to,
            std::vector<std::size_t>& corners) {
   const std::size_t n = outline.size();
   const Eigen::Vector2d start = outline[from % n].px;
@@ -152,7 +49,7 @@ bool split(const std::vector<Crossing>& outline, std::size_t from, std::size_t t
   return split(outline, corner, to, corners);
 }
 
-std::size_t farthest_from(const std::vector<Crossing>& outline, const Eigen::Vector2d& px) {
+std::size_t farthest_from(const std::vector<RegionCrossing>& outline, const Eigen::Vector2d& px) {
   std::size_t farthest = 0;
   for (std::size_t i = 1; i < outline.size(); ++i)
     if ((outline[i].px - px).squaredNorm() > (outline[farthest].px - px).squaredNorm())
@@ -162,7 +59,8 @@ std::size_t farthest_from(const std::vector<Crossing>& outline, const Eigen::Vec
 
 /// Removes corners that are hardly farther from the line between their neighbours than the
 /// outline's points are: the two that the splits start with need not be corners.
-void remove_straight(const std::vector<Crossing>& outline, std::vector<std::size_t>& corners) {
+void remove_straight(const std::vector<RegionCrossing>& outline,
+                     std::vector<std::size_t>& corners) {
   const std::size_t n = outline.size();
   for (std::size_t i = 0; i < corners.size() && corners.size() > 3;) {
     const std::size_t count = corners.size();
@@ -178,9 +76,9 @@ void remove_straight(const std::vector<Crossing>& outline, std::vector<std::size
 }
 
 /// Indices of the corners, ascending from the first one, which may exceed the number of crossings.
-std::vector<std::size_t> corners_of(const std::vector<Crossing>& outline) {
+std::vector<std::size_t> corners_of(const std::vector<RegionCrossing>& outline) {
   Eigen::Vector2d mean = Eigen::Vector2d::Zero();
-  for (const Crossing& c : outline) mean += c.px / static_cast<double>(outline.size());
+  for (const RegionCrossing& c : outline) mean += c.px / static_cast<double>(outline.size());
   const std::size_t first = farthest_from(outline, mean);
   std::size_t second = farthest_from(outline, outline[first].px);
   if (second < first) second += outline.size();
@@ -412,8 +310,9 @@ std::optional<Eigen::Vector2d> rounded_corner(const Polygon& polygon, std::size_
   return meet;
 }
 
-/// Removes rounded corners, the shortest first.
-void remove_rounded_corners(Polygon& polygon, std::vector<std::size_t>& starts) {
+/// Removes rounded corners, the shortest first. Beyond the image border, sides do not meet.
+void remove_rounded_corners(const Patch& patch, Polygon& polygon,
+                            std::vector<std::size_t>& starts) {
   while (polygon.sides.size() > 3) {
     double shortest = infinity;
     std::size_t side = 0;
@@ -422,7 +321,9 @@ void remove_rounded_corners(Polygon& polygon, std::vector<std::size_t>& starts) 
       const double length = (polygon.corner_after(i) - polygon.corners_px[i]).norm();
       if (!(length < shortest)) continue;
       const std::optional<Eigen::Vector2d> meet = rounded_corner(polygon, i);
-      if (!meet) continue;
+      if (!meet || !patch.contains(static_cast<int>(std::lround(meet->x())),
+                                   static_cast<int>(std::lround(meet->y()))))
+        continue;
       shortest = length;
       side = i;
       corner = *meet;
@@ -435,7 +336,7 @@ void remove_rounded_corners(Polygon& polygon, std::vector<std::size_t>& starts) 
 
 /// Fits the sides to the crossings between their corners. The first corners are rough, so only the
 /// inner part of each side is used then. False if they are not straight.
-bool fit_sides(const std::vector<Crossing>& outline, const std::vector<std::size_t>& starts,
+bool fit_sides(const std::vector<RegionCrossing>& outline, const std::vector<std::size_t>& starts,
                double corner_margin_px, bool rough, Polygon& polygon) {
   constexpr double rough_part = 0.25, max_rough_px = 6, short_side_px = 12;
   const std::size_t n = outline.size();
@@ -447,7 +348,7 @@ bool fit_sides(const std::vector<Crossing>& outline, const std::vector<std::size
     const double margin_px = rough ? std::min(rough_part * length, max_rough_px) : corner_margin_px;
     std::vector<RimPoint> points;
     for (std::size_t k = starts[i]; k <= end; ++k) {
-      const Crossing& c = outline[k % n];
+      const RegionCrossing& c = outline[k % n];
       const double at = (c.px - from).dot(to - from) / length;
       if (c.column == polygon.sides[i].column && at > margin_px && at < length - margin_px)
         points.push_back({c.px, polygon.normal(i), 1});
@@ -473,7 +374,7 @@ std::optional<Polygon> find_polygon(const Patch& patch, const Component& compone
                                     double blur_px) {
   const Region region(patch, component, level);
   if (region.area_px() < component.area_px / 4) return std::nullopt;
-  const std::vector<Crossing> outline = region.crossings();
+  const std::vector<RegionCrossing> outline = region.crossings();
   if (outline.size() < 8) return std::nullopt;
   std::vector<std::size_t> corners = corners_of(outline);
   const std::size_t n = outline.size();
@@ -485,12 +386,15 @@ std::optional<Polygon> find_polygon(const Patch& patch, const Component& compone
   constexpr int passes = 3;  // corners move by a few pixels in the first two
   for (int pass = 0; pass < passes; ++pass) {
     join_straight_sides(polygon, corners);
-    remove_rounded_corners(polygon, corners);
+    remove_rounded_corners(patch, polygon, corners);
     if (corners.size() > max_sides ||
         !fit_sides(outline, corners, 1.5 * blur_px, pass == 0, polygon))
       return std::nullopt;
   }
   constexpr double area_error = 0.02, edge_error_px = 0.2;
+  constexpr double min_cut_px = 8;  // radius of the inscribed circle of a lamp that the border cuts
+  if (component.touches_border && 2 * polygon.area_px2 < min_cut_px * polygon.perimeter_px())
+    return std::nullopt;
   if (std::abs(polygon.area_px2 - region.area_px()) >
       area_error * polygon.area_px2 + edge_error_px * polygon.perimeter_px())
     return std::nullopt;

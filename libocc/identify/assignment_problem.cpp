@@ -134,9 +134,10 @@ void measure_flux(const Blob& blob, const Scene& scene, BearingObservation& s) {
 }
 
 // True if enough of a lamp is inside the image for the ellipse through its rim to give the centre.
+// The ellipse of a lamp with corners, which the border cuts, does not.
 bool is_almost_whole(const Blob& blob) {
   constexpr double share = 0.7;
-  return !blob.rim.empty() && !blob.merged && !blob.free_form &&
+  return !blob.rim.empty() && !blob.merged && !blob.free_form && blob.corners_px.empty() &&
          blob.area_px > share * pi * blob.ellipse.semi_major_px * blob.ellipse.semi_minor_px;
 }
 

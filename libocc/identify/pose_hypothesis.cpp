@@ -8,6 +8,7 @@
 #include <limits>
 #include <optional>
 
+#include "libocc/core/internal/dense.hpp"
 #include "libocc/identify/internal/size_consistency.hpp"
 
 namespace occ::internal::identify {
@@ -174,6 +175,11 @@ bool contains(const std::vector<Pair>& pairs, const Pair& pair) {
 bool same_pairs(const std::vector<Pair>& a, const std::vector<Pair>& b) {
   return a.size() == b.size() &&
          std::all_of(a.begin(), a.end(), [&](const Pair& p) { return contains(b, p); });
+}
+
+double squared_sigmas(const Rigid3& pose, const FittedPose& estimate) {
+  const Vector6 delta = difference(pose, estimate.pose);
+  return delta.dot(core::solve_llt(estimate.covariance, delta));
 }
 
 bool faces(const MapPoint& map_point, const Eigen::Vector3d& camera_position) {

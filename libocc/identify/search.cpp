@@ -8,7 +8,6 @@
 #include <sstream>
 #include <utility>
 
-#include "libocc/core/internal/dense.hpp"
 #include "libocc/core/math.hpp"
 #include "libocc/identify/internal/last_pose.hpp"
 #include "libocc/identify/internal/pose_hypothesis.hpp"
@@ -25,11 +24,6 @@ constexpr double kneip_tolerance_rad = 0.1;
 constexpr int support_of_four = 7;  // support of three coded pairs and one uncoded pair
 constexpr double same_pose_chi2 =
     9;  // squared distance in sigmas below which two poses are the same
-
-double squared_sigmas(const Rigid3& a, const FittedPose& b) {
-  const Vector6 delta = difference(a, b.pose);
-  return delta.dot(core::solve_llt(b.covariance, delta));
-}
 
 // True if verifying every assignment would take long, or would keep too many: all assignments of
 // three blobs fit some pose. Votes compare the outlines of rectangles.

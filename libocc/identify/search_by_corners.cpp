@@ -107,4 +107,38 @@ std::vector<LampPose> corner_poses(const AssignmentProblem& problem, const Blob&
   return found;
 }
 
+std::optional<LampPose> joint_corner_pose(const AssignmentProblem& problem,
+                                          const std::vector<Pair>& pairs, const Rigid3& start) {
+  constexpr int max_iterations = 30;
+  constexpr double settled = 1e-3;
+  const Eigen::Vector3d origin = problem.map_point(pairs.front().map_point).centre;
+  const Rigid3 pose{start.rotation, start * origin};
+  pose::SeenPoints all;
+  for (const Pair& pair : pairs) {
+    const BearingObservation& observation = problem.observation(pair.observation);
+    const Lamp& lamp = problem.scene->lamps[static_cast<std::size_t>(pair.map_point)];
+    if (lamp.shape != LampShape::rectangle || !observation.of_centre) continue;
+    const auto seen =
+        seen_corners(problem, (*problem.blobs)[static_cast<std::size_t>(observation.blob)]);
+    if (!seen) continue;
+    const Points points = scene::rectangle_corners(lamp).colwise() +
+                          (problem.map_point(pair.map_point).centre - origin);
+    // The first corner of the blob may be any of the lamp.
+    Eigen::Index turn = 0;
+    double best = -infinity;
+    for (Eigen::Index t = 0; t < points.cols(); ++t) {
+      double cosines = 0;
+      for (Eigen::Index i = 0; i < points.cols(); ++i)
+        cosines += seen->bearings.col(i).dot((pose * points.col((i + t) % 4)).normalized());
+      if (cosines > best) best = cosines, turn = t;
+    }
+    for (Eigen::Index i = 0; i < points.cols(); ++i)
+      all.add(points.col((i + turn) % 4), seen->bearings.col(i),
+              seen->across[static_cast<std::size_t>(i)]);
+  }
+  if (all.count() <= static_cast<int>(corners)) return std::nullopt;
+  const pose::PointFit fit = pose::fit_points(all, pose, max_iterations, settled);
+  return LampPose{fit.pose, fit.equations.information, fit.equations.chi2};
+}
+
 }  // namespace occ::internal::identify

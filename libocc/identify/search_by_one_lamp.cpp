@@ -60,6 +60,36 @@ void add_circles(const AssignmentProblem& problem, const Pair& pair,
   }
 }
 
+/// True if the camera sees the lit sides of the lamps and the prior allows the pose.
+bool is_possible(const AssignmentProblem& problem, const PoseHypothesis& e) {
+  const Eigen::Vector3d camera = e.estimate.pose.origin_in_source();
+  return e.estimate.covariance.allFinite() &&
+         std::all_of(
+             e.pairs.begin(), e.pairs.end(),
+             [&](const Pair& pair) { return faces(problem.map_point(pair.map_point), camera); }) &&
+         prior_chi2(problem, e.estimate) <= max_prior_chi2;
+}
+
+/// Removes poses that fit the corners six times worse than the best one, and those that are listed
+/// twice. Equal chi2 keep their order.
+void keep_best(std::vector<PoseHypothesis>& found) {
+  constexpr double times_worse = 36, min_limit = 36, same_pose_chi2 = 0.01;
+  const auto rounded = [](const PoseHypothesis& e) { return std::round(1e3 * e.chi2); };
+  std::stable_sort(
+      found.begin(), found.end(),
+      [&](const PoseHypothesis& a, const PoseHypothesis& b) { return rounded(a) < rounded(b); });
+  std::vector<PoseHypothesis> best;
+  for (PoseHypothesis& e : found) {
+    if (e.chi2 > std::max(min_limit, times_worse * found.front().chi2)) break;
+    const bool is_known = std::any_of(best.begin(), best.end(), [&](const PoseHypothesis& other) {
+      return same_pairs(other.pairs, e.pairs) &&
+             squared_sigmas(e.estimate.pose, other.estimate) < same_pose_chi2;
+    });
+    if (!is_known) best.push_back(std::move(e));
+  }
+  found = std::move(best);
+}
+
 }  // namespace
 
 OneLampPoses one_lamp_poses(const AssignmentProblem& problem, bool& cut_short) {
@@ -90,15 +120,17 @@ OneLampPoses one_lamp_poses(const AssignmentProblem& problem, bool& cut_short) {
       for (const LampPose& pose : poses) {
         PoseHypothesis e;
         e.estimate = to_local(pose, map_point.centre);
-        if (!e.estimate.covariance.allFinite() ||
-            !faces(map_point, e.estimate.pose.origin_in_source()) ||
-            prior_chi2(problem, e.estimate) > max_prior_chi2)
-          continue;
         const Assignment one{Pair{s, t}, Pair{-1, -1}, Pair{-1, -1}};
+        e.pairs = {one[0]};
+        if (!is_possible(problem, e)) continue;
         e.pairs = one_to_one(additional_pairs(problem, e.estimate, one));
         e.pairs.push_back(one[0]);
         std::sort(e.pairs.begin(), e.pairs.end(),
                   [](const Pair& a, const Pair& b) { return a.observation < b.observation; });
+        if (const auto joint = joint_corner_pose(problem, e.pairs, e.estimate.pose)) {
+          e.estimate = to_local(*joint, problem.map_point(e.pairs.front().map_point).centre);
+          if (!is_possible(problem, e)) continue;
+        }
         e.chi2 = e.estimate.chi2;
         account_for_unpaired_lamps(problem, e);
         found.push_back(std::move(e));
@@ -111,12 +143,7 @@ OneLampPoses one_lamp_poses(const AssignmentProblem& problem, bool& cut_short) {
   found.erase(std::remove_if(found.begin(), found.end(),
                              [&](const PoseHypothesis& e) { return e.pairs.size() < most; }),
               found.end());
-  const auto rounded = [](const PoseHypothesis& e) {  // equal ones keep their order
-    return std::round(1e3 * e.chi2);
-  };
-  std::stable_sort(
-      found.begin(), found.end(),
-      [&](const PoseHypothesis& a, const PoseHypothesis& b) { return rounded(a) < rounded(b); });
+  keep_best(found);
   if (!found.empty()) result.circles.clear();
   return result;
 }

@@ -366,20 +366,28 @@ std::optional<Result<Fix>> locate_by_visible_sides(
     if (!follow(hypothesis, 0)) return std::nullopt;
   }
   if (best || rank(first.fix.status) < 2) return best;
-  // An outline that is hidden in part and taken for a whole one leads to wrong names. Without the
-  // smallest one, the others give them; two of these must be whole.
-  const std::vector<std::size_t> outlines = outlines_of(blobs);
-  if (outlines.size() <= min_whole || outlines.size() > scene.lamps.size()) return best;
-  std::vector<Blob> without_outline = blobs;
-  hide({}, without_outline[*std::min_element(outlines.begin(), outlines.end(),
-                                             [&](std::size_t a, std::size_t b) {
-                                               return blobs[a].rim.size() < blobs[b].rim.size();
-                                             })]);
-  const std::optional<Attempt> attempt = locate(without_outline);
-  for (std::size_t h = 0; attempt && h < std::min(max_names, attempt->hypotheses.size()); ++h) {
-    follow(attempt->hypotheses[h], min_whole);
-    if (best) break;
-  }
+  // An outline that is hidden in part and taken for a whole one leads to wrong names. Those that
+  // the border cuts, too, or the smallest other one may be; without them, the others give the
+  // names.
+  std::vector<Blob> others = blobs;
+  std::vector<std::size_t> cut, whole;
+  for (const std::size_t i : outlines_of(blobs))
+    (blobs[i].cut_by_border ? cut : whole).push_back(i);
+  const auto try_without = [&](const std::vector<std::size_t>& left_out, std::size_t min_whole) {
+    for (const std::size_t i : left_out) hide({}, others[i]);
+    const std::optional<Attempt> attempt = locate(others);
+    for (std::size_t h = 0; attempt && h < std::min(max_names, attempt->hypotheses.size()); ++h) {
+      follow(attempt->hypotheses[h], min_whole);
+      if (best) break;
+    }
+  };
+  if (!cut.empty() && !whole.empty()) try_without(cut, 1);
+  if (best || whole.size() <= min_whole || whole.size() > scene.lamps.size()) return best;
+  try_without({*std::min_element(whole.begin(), whole.end(),
+                                 [&](std::size_t a, std::size_t b) {
+                                   return blobs[a].rim.size() < blobs[b].rim.size();
+                                 })},
+              min_whole);
   return best;
 }
 

@@ -22,9 +22,44 @@ namespace {
 /// A pose that has not converged is a rival from this probability on.
 constexpr double min_unfinished = 0.01;
 
+/// Two poses meet at a degenerate minimum. It does not determine the pose, but may be the right
+/// one. There are other degenerate minima where the lamps contradict each other, such as that of a
+/// camera in the plane of the lamps.
+bool is_meeting_of_poses(const Result<Refined>& refined) {
+  constexpr double max_px = 5;
+  return refined.status == Status::degenerate && refined->iterations > 0 &&
+         std::all_of(refined->lamps.begin(), refined->lamps.end(), [](const LampResidual& lamp) {
+           return !lamp.contradicts && lamp.rms_px < max_px;
+         });
+}
+
+/// The visible part of a lamp that the image border cuts may be hidden in part, too, or belong to
+/// another lamp: fits the pose without the rims of such lamps, which then contradict it. Replaces
+/// `refined` if that succeeds.
+void refine_without_cut_rims(const RefinementAhead& ahead, const std::vector<Match>& matches,
+                             const Rigid3& start, const RefineOptions& options,
+                             Result<Refined>& refined) {
+  std::vector<Blob> blobs = ahead.blobs;
+  std::vector<char> is_left_out(blobs.size(), 0);
+  for (const Match& match : matches) {
+    const auto i = static_cast<std::size_t>(match.blob);
+    if (!blobs[i].cut_by_border || blobs[i].corners_px.empty()) continue;
+    blobs[i].rim.clear();
+    is_left_out[i] = 1;
+  }
+  if (std::count(is_left_out.begin(), is_left_out.end(), 1) == 0) return;
+  Result<Refined> without = refine_as_stated(start, matches, blobs, ahead.scene, options, nullptr);
+  if (!without.ok() || (refined.ok() && !(without->variance_factor < refined->variance_factor)))
+    return;
+  refined = std::move(without);
+  for (LampResidual& lamp : refined.value.lamps)
+    if (is_left_out[static_cast<std::size_t>(lamp.match.blob)]) lamp.contradicts = true;
+}
+
 RankedPose refine_hypothesis(const RefinementAhead& ahead, const Hypothesis& hypothesis,
                              const Rigid3& start, const RefineOptions& given) {
-  constexpr int times_longer = 5;  // fewer than three lamps have narrow, curved valleys
+  constexpr int times_longer = 5;     // fewer than three lamps have narrow, curved valleys
+  constexpr double max_factor = 100;  // errors of the map give less
   RefineOptions options = given;
   options.rung = std::min(options.rung, Rung::rims);
   if (hypothesis.matches.size() < 3) options.max_iterations *= times_longer;
@@ -32,16 +67,15 @@ RankedPose refine_hypothesis(const RefinementAhead& ahead, const Hypothesis& hyp
   ranked.refined =
       refine_as_stated(start, hypothesis.matches, ahead.blobs, ahead.scene, options, nullptr);
   Result<Refined>& refined = ranked.refined;
+  if (!refined.ok() || refined->variance_factor > max_factor)
+    refine_without_cut_rims(ahead, hypothesis.matches, start, options, refined);
   ranked.hypothesis = &hypothesis;
   ranked.unfinished = refined.status == Status::not_converged && refined->iterations > 0;
   if (refined.ok()) {
     refined.message = size_contradiction(*refined, ahead.blobs, ahead.scene);
     if (!refined.message.empty()) refined.status = Status::no_pose;
   }
-  // Two poses meet at a degenerate minimum. It does not determine the pose, but may be the right
-  // one.
-  const bool is_meeting = refined.status == Status::degenerate && refined->iterations > 0;
-  ranked.fits = refined.ok() || ranked.unfinished || is_meeting;
+  ranked.fits = refined.ok() || ranked.unfinished || is_meeting_of_poses(refined);
   ranked.chi2 = refined->chi2 + ahead.identify.miss_penalty * hypothesis.missed;
   return ranked;
 }
@@ -74,33 +108,55 @@ bool better(const RankedPose& a, const RankedPose& b) {
   return rounded(a.chi2) < rounded(b.chi2);
 }
 
-/// Several assignments can lead to one pose once every rim is used; the best of them remains.
+/// True if the matches of a pose are some of those of another.
+bool has_some_matches_of(const RankedPose& pose, const RankedPose& other) {
+  const auto is_matched = [&](const Match& match) {
+    return std::any_of(
+        other.hypothesis->matches.begin(), other.hypothesis->matches.end(),
+        [&](const Match& m) { return m.lamp == match.lamp && m.blob == match.blob; });
+  };
+  return matches(pose) < matches(other) &&
+         std::all_of(pose.hypothesis->matches.begin(), pose.hypothesis->matches.end(), is_matched);
+}
+
+/// Several assignments can lead to one pose once every rim is used; the best of them remains. One
+/// of fewer lamps leads to it within its own errors.
 void merge_equal_poses(std::vector<RankedPose>& poses) {
-  constexpr double same_pose_chi2 = 1;
+  constexpr double same_pose_chi2 = 1, max_chi2_of_some = 20;
   std::vector<RankedPose> distinct;
   for (RankedPose& pose : poses) {
     const bool duplicate =
         std::any_of(distinct.begin(), distinct.end(), [&](const RankedPose& other) {
           const Vector6 delta =
               difference(pose.refined->cam_from_world, other.refined->cam_from_world);
-          return delta.dot(core::solve_llt(other.refined->covariance, delta)) < same_pose_chi2;
+          const auto sigmas2 = [&](const RankedPose& of) {
+            return delta.dot(core::solve_llt(of.refined->covariance, delta));
+          };
+          return sigmas2(other) < same_pose_chi2 ||
+                 (pose.refined.ok() && other.refined.ok() && has_some_matches_of(pose, other) &&
+                  sigmas2(pose) < max_chi2_of_some);
         });
     if (!duplicate) distinct.push_back(std::move(pose));
   }
   poses = std::move(distinct);
 }
 
+/// Independent numbers in a rim with common errors: its shape, or one side of a lamp that is hidden
+/// in part.
+double independent_numbers(const Blob& blob) { return blob.hidden_in_part ? 1 : 3; }
+
 /// ln of the likelihood of the rims, up to a constant. Their errors of unknown size are common to
-/// the points of a rim, so a rim counts as three numbers (its shape) with an error of its
-/// residual's size; a lamp without a rim as an error of one pixel. A pose that was not fitted to
+/// the points of a rim, so a rim counts as a few numbers with an error of its residual's size; a
+/// lamp without a rim as an error of one pixel. A pose that was not fitted to
 /// the rims leaves errors of its own, which are common to all rims; there only the shapes count.
 /// `incomparable`: blobs that do not count.
-double log_rims(const RankedPose& pose, const std::set<int>& incomparable) {
-  constexpr double numbers = 3, min_px = 0.02;
+double log_rims(const RankedPose& pose, const std::vector<Blob>& blobs,
+                const std::set<int>& incomparable) {
+  constexpr double min_px = 0.02;
   double sum = 0;
   for (const LampResidual& lamp : pose.refined->lamps)
     if (!lamp.contradicts && lamp.rung >= Rung::rims && incomparable.count(lamp.match.blob) == 0)
-      sum -= numbers * std::log(std::max(min_px, lamp.rms_px));
+      sum -= independent_numbers(blobs[lamp.match.blob]) * std::log(std::max(min_px, lamp.rms_px));
   return sum;
 }
 
@@ -111,7 +167,8 @@ std::set<int> blobs_with_unused_rims(const std::vector<RankedPose>& poses,
   std::set<int> unused;
   for (const RankedPose& pose : poses)
     for (const LampResidual& lamp : pose.refined->lamps)
-      if (!lamp.contradicts && lamp.rung < Rung::rims && !blobs[lamp.match.blob].rim.empty())
+      if (!lamp.contradicts && lamp.rung < Rung::rims && blobs[lamp.match.blob].saturated &&
+          !blobs[lamp.match.blob].rim.empty())
         unused.insert(lamp.match.blob);
   return unused;
 }
@@ -158,12 +215,12 @@ void weigh(const RefinementAhead& ahead, Refinement& out) {
   double best_rims = -infinity;
   const std::set<int> incomparable = blobs_with_unused_rims(poses, ahead.blobs);
   for (const RankedPose& pose : poses)
-    best_rims = std::max(best_rims, log_rims(pose, incomparable));
+    best_rims = std::max(best_rims, log_rims(pose, ahead.blobs, incomparable));
   std::vector<double> evidences;
   double log_none = 0;
   const std::vector<pose::LogEvidence> places = evidence_of_places(ahead, poses);
   for (std::size_t i = 0; i < poses.size(); ++i) {
-    const double rims = log_rims(poses[i], incomparable) - best_rims;
+    const double rims = log_rims(poses[i], ahead.blobs, incomparable) - best_rims;
     evidences.push_back(places[i].value + rims);
     log_none = std::max(log_none, std::log(identify::excluded_by_prior) +
                                       places[i].if_excluded(ahead.excluded_listed) + rims);

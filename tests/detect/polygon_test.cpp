@@ -307,5 +307,46 @@ TEST(DetectPolygons, TheBorderIsNoSide) {
   }
 }
 
+// The sides in the image are measured as well as those of a whole panel if it is no narrow strip.
+TEST(DetectPolygons, TheVisiblePartOfACutPanelHasARim) {
+  Scene scene = one_rectangle({0.4, 0.3});
+  scene.validate();
+  DetectOptions options;
+  options.sensor = scene.sensor;
+  Random random(6);
+  double chi2 = 0, sum_px = 0;
+  int panels = 0, measured = 0, points = 0;
+  for (int trial = 0; trial < 100; ++trial) {
+    Rigid3 pose = random_view(random, 2.4);
+    const bool on_left = random.uniform() < 0.5;
+    // The image ends at 1.83 m from the axis, or at 1.37 m.
+    const double inside_m = random.uniform(-0.05, 0.12);
+    if (on_left)
+      pose.translation.x() = -1.83 + inside_m;
+    else
+      pose.translation.y() = 1.37 - inside_m;
+    SimulateOptions simulation;
+    simulation.seed = static_cast<std::uint64_t>(trial);
+    const Rendered rendered = simulate(scene, pose, simulation);
+    if (rendered.lamps[0].whole) continue;
+    ++panels;
+    const auto blobs = detect(rendered.image.view(), options);
+    ASSERT_EQ(blobs.size(), 1u) << trial;
+    EXPECT_TRUE(blobs[0].cut_by_border) << trial;
+    measured += blobs[0].rim.size() > 20;
+    for (const RimPoint& point : blobs[0].rim) {
+      const auto off_px = rim_distance_px(scene.lamps[0], pose, *rim_ray(point, scene.camera));
+      ASSERT_TRUE(off_px.has_value()) << trial;
+      chi2 += square(*off_px / point.sigma_px);
+      sum_px += *off_px;
+      ++points;
+    }
+  }
+  EXPECT_GE(panels, 90);
+  EXPECT_GE(measured, panels * 9 / 10);
+  EXPECT_NEAR(chi2 / points, 1.1, 0.25);
+  EXPECT_NEAR(sum_px / points, 0, 0.01);
+}
+
 }  // namespace
 }  // namespace occ

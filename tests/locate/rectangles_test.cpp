@@ -8,6 +8,7 @@
 
 #include "libocc/core/math.hpp"
 #include "libocc/detect/detect.hpp"
+#include "libocc/identify/identify.hpp"
 #include "libocc/locate/locate.hpp"
 #include "libocc/simulate/simulate.hpp"
 #include "tests/support/support.hpp"
@@ -208,27 +209,35 @@ TEST(LocateRectangles, ARectangleOfAnotherSizeIsNotOkWhereTheHeightIsKnown) {
   }
 }
 
+/// Sixteen equal panels at random places of a ceiling.
+Scene random_panels(Random& random) {
+  std::vector<Eigen::Vector3d> places_m;
+  while (places_m.size() < 16) {
+    const Eigen::Vector3d place_m(random.uniform(-5, 5), random.uniform(-2.6, 2.6), 3);
+    if (std::all_of(places_m.begin(), places_m.end(), [&](const Eigen::Vector3d& other_m) {
+          return (other_m - place_m).norm() > 0.8;
+        }))
+      places_m.push_back(place_m);
+  }
+  return room_of({0.4, 0.3}, places_m);
+}
+
+std::ptrdiff_t whole_panels(const Rendered& rendered) {
+  return std::count_if(rendered.lamps.begin(), rendered.lamps.end(),
+                       [](const LampTruth& lamp) { return lamp.whole; });
+}
+
 /// Any three panels fit some pose by their centres: their outlines select it.
 TEST(LocateRectangles, ThreeOfSixteenEqualPanelsAreNamed) {
   Random random(8);
   int images = 0;
   for (int room = 0; room < 40; ++room) {
-    std::vector<Eigen::Vector3d> places_m;
-    while (places_m.size() < 16) {
-      const Eigen::Vector3d place_m(random.uniform(-5, 5), random.uniform(-2.6, 2.6), 3);
-      if (std::all_of(places_m.begin(), places_m.end(), [&](const Eigen::Vector3d& other_m) {
-            return (other_m - place_m).norm() > 0.8;
-          }))
-        places_m.push_back(place_m);
-    }
-    const Scene map = room_of({0.4, 0.3}, places_m);
+    const Scene map = random_panels(random);
     const Rigid3 truth = random_view(random, {0, 0, 0.5}, 1);
     SimulateOptions simulation;
     simulation.seed = static_cast<std::uint64_t>(room);
     const Rendered rendered = simulate(map, truth, simulation);
-    if (std::count_if(rendered.lamps.begin(), rendered.lamps.end(),
-                      [](const LampTruth& lamp) { return lamp.whole; }) != 3)
-      continue;
+    if (whole_panels(rendered) != 3) continue;
     ++images;
     const Result<Fix> fix = locate(rendered.image.view(), map);
     EXPECT_EQ(fix.status, Status::ok) << fix.message;
@@ -237,6 +246,34 @@ TEST(LocateRectangles, ThreeOfSixteenEqualPanelsAreNamed) {
     }
   }
   EXPECT_GE(images, 8);
+}
+
+/// Many pairs of panels have nearly the place and the outlines of the two whole ones. The visible
+/// parts of those that the border cuts select the pose.
+TEST(LocateRectangles, TwoOfSixteenEqualPanelsAreNamedByThoseThatTheBorderCuts) {
+  Random random(9);
+  int images = 0, located = 0;
+  for (int room = 0; room < 120; ++room) {
+    const Scene map = random_panels(random);
+    const Rigid3 truth = random_view(random, {0, 0, 0.5}, 1);
+    SimulateOptions simulation;
+    simulation.seed = static_cast<std::uint64_t>(room);
+    const Rendered rendered = simulate(map, truth, simulation);
+    if (whole_panels(rendered) != 2) continue;
+    SCOPED_TRACE(room);
+    ++images;
+    const Result<Fix> fix = locate(rendered.image.view(), map);
+    ASSERT_TRUE(fix.ok() || fix.status == Status::ambiguous) << fix.message;
+    located += fix.ok();
+    EXPECT_LT(identify(fix->blobs, map)->hypotheses.size(), 80u);
+    const auto is_right = [&](const Candidate& candidate) {
+      return (candidate.position_m - truth.origin_in_source()).norm() < 5e-3;
+    };
+    EXPECT_TRUE(fix.ok() ? is_right(fix->candidates.front())
+                         : std::any_of(fix->candidates.begin(), fix->candidates.end(), is_right));
+  }
+  EXPECT_GE(images, 25);
+  EXPECT_GE(located, 2 * images / 3);
 }
 
 }  // namespace

@@ -56,6 +56,9 @@ std::vector<Pair> pairs_of(const AssignmentProblem& problem, const Hypothesis& h
 bool contains(const std::vector<Pair>& pairs, const Pair& pair);
 bool same_pairs(const std::vector<Pair>& a, const std::vector<Pair>& b);  ///< in any order
 
+/// Squared distance of a pose from an estimate, in sigmas of the estimate.
+double squared_sigmas(const Rigid3& pose, const FittedPose& estimate);
+
 /// True if the camera is inside the visibility cone of the point (on the lit side of a lamp) and
 /// farther away than two radii; nearer than that, no image contains the whole lamp.
 bool faces(const MapPoint& map_point, const Eigen::Vector3d& camera_position);
