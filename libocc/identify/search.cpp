@@ -25,15 +25,18 @@ constexpr int support_of_four = 7;  // support of three coded pairs and one unco
 constexpr double same_pose_chi2 =
     9;  // squared distance in sigmas below which two poses are the same
 
-// True if verifying every assignment would take long, or would keep too many: all assignments of
-// three blobs fit some pose. Votes compare the outlines of rectangles.
+// True if verifying every assignment would take long. All assignments of three blobs fit some pose;
+// those of outlines are compared by them.
 bool has_many_assignments(const AssignmentProblem& problem) {
   const auto& blobs = problem.observations;
   const auto coded = std::count_if(blobs.begin(), blobs.end(),
                                    [](const BearingObservation& s) { return s.coded; });
-  const bool are_rectangles = std::all_of(blobs.begin(), blobs.end(),
-                                          [](const BearingObservation& s) { return s.of_centre; });
-  const std::size_t min_blobs = are_rectangles ? 3 : 4;
+  const bool have_outlines =
+      std::all_of(blobs.begin(), blobs.end(), [&](const BearingObservation& s) {
+        const Blob& blob = (*problem.blobs)[static_cast<std::size_t>(s.blob)];
+        return !blob.rim.empty() && !blob.has_elliptical_rim();
+      });
+  const std::size_t min_blobs = have_outlines ? 3 : 4;
   return problem.map_points.size() >= min_lamps_of_a_search && blobs.size() >= min_blobs &&
          coded < 2;
 }
@@ -68,7 +71,7 @@ bool appearance_agrees(const AssignmentProblem& problem, const Assignment& assig
 }
 
 Search::Search(const AssignmentProblem& problem)
-    : problem_(problem), covisibility_(problem), sizes_(problem) {
+    : problem_(problem), covisibility_(problem), sizes_(problem), outlines_(problem) {
   prior_ = problem.options->prior && !problem.options->prior->empty();
 }
 
@@ -383,6 +386,7 @@ void Search::keep(PoseHypothesis hypothesis) {
         squared_sigmas(hypothesis.estimate.pose, known.estimate) < same_pose_chi2)
       return;
   account_for_unpaired_lamps(problem_, hypothesis);
+  hypothesis.outline_misfit = outlines_.of(hypothesis);
   if (statistics_) hypothesis.poses_scored = statistics_->poses;
   if ((statistics_ || by_last_pose_) && misses_too_many(hypothesis)) return;
   const double chance = statistics_ ? chance_of(hypothesis) : 0;
@@ -405,7 +409,9 @@ void Search::merge_and_rank() {
         return support(a.pairs) < support(b.pairs);
       });
   const double of_pair = chi2_of_pair();
-  const auto cost = [&](const PoseHypothesis& e) { return e.chi2 - of_pair * support(e.pairs); };
+  const auto cost = [&](const PoseHypothesis& e) {
+    return e.chi2 + e.outline_misfit - of_pair * support(e.pairs);
+  };
   std::stable_sort(
       found_.begin(), found_.end(),
       [&](const PoseHypothesis& a, const PoseHypothesis& b) { return cost(a) < cost(b); });

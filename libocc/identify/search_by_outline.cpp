@@ -44,15 +44,6 @@ bool determines_pose(const Lamp& lamp) {
          lamp.shape == LampShape::polygon || (lamp.shape == LampShape::lame && lamp.exponent != 2);
 }
 
-/// Central second moments of the lamp's face along its own axes.
-Eigen::Matrix2d moments_m2(const Lamp& shape) {
-  constexpr int points = 128;
-  std::vector<Eigen::Vector2d> outline;
-  for (const Eigen::Vector3d& point : rim_in_world(shape, points))
-    outline.push_back(point.head<2>());
-  return core::outline_moments(outline).second;
-}
-
 Eigen::Matrix2d power_of(const Eigen::Matrix2d& symmetric, double exponent) {
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> eigen(symmetric);
   return eigen.eigenvectors() * eigen.eigenvalues().array().pow(exponent).matrix().asDiagonal() *
@@ -60,6 +51,14 @@ Eigen::Matrix2d power_of(const Eigen::Matrix2d& symmetric, double exponent) {
 }
 
 }  // namespace
+
+Eigen::Matrix2d face_moments_m2(const Lamp& lamp) {
+  constexpr int points = 128;
+  std::vector<Eigen::Vector2d> outline;
+  for (const Eigen::Vector3d& point : rim_in_world(with_own_axes(lamp), points))
+    outline.push_back(point.head<2>());
+  return core::outline_moments(outline).second;
+}
 
 OutlineSearch::OutlineSearch(const AssignmentProblem& problem, const Blob& blob)
     : problem_(problem),
@@ -96,7 +95,8 @@ std::vector<Rigid3> OutlineSearch::starts(const Lamp& shape) const {
   const Eigen::Vector2d half(ellipse.semi_major_px / 2, ellipse.semi_minor_px / 2);
   const Eigen::Matrix2d image = axes.toRotationMatrix() * half.asDiagonal();
   const Eigen::Matrix2d angles = by_px * image * image.transpose() * by_px.transpose();
-  const Eigen::Matrix2d root = power_of(angles, 0.5), inverse = power_of(moments_m2(shape), -0.5);
+  const Eigen::Matrix2d root = power_of(angles, 0.5),
+                        inverse = power_of(face_moments_m2(shape), -0.5);
   if (!root.allFinite() || !inverse.allFinite()) return all;
   for (int turn = 0; turn < turns; ++turn) {
     Eigen::Matrix2d mirror = Eigen::Rotation2Dd(2 * pi * turn / turns).toRotationMatrix();

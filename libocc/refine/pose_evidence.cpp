@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 #include "libocc/core/internal/blob_corners.hpp"
 #include "libocc/core/math.hpp"
@@ -281,6 +282,62 @@ void add_corners(const Lamp& lamp, const Blob& blob, const Rigid3& cam_from_worl
   }
 }
 
+/// True if the visible sides of a lamp that the border cuts tell where it is.
+bool is_place_if_cut(const Blob& blob) {
+  return blob.cut_by_border && !blob.merged && !blob.striped && !blob.has_hidden_sides() &&
+         !blob.rim.empty() && !blob.has_elliptical_rim();
+}
+
+/// Adds a lamp that the border cuts by the shift of its visible sides from the predicted ones. A
+/// false light is anywhere along the border. False if the sides do not determine the shift.
+bool add_cut(const Lamp& lamp, const Blob& blob, const Rigid3& cam_from_world, const Scene& scene,
+             PoseEvidence& evidence) {
+  constexpr double max_variance_px2 = 4;  // sides of one direction do not tell the place
+  Eigen::Matrix2d information = Eigen::Matrix2d::Zero();
+  Eigen::Vector2d gradient = Eigen::Vector2d::Zero();
+  Eigen::Matrix<double, 2, 6> by_pose = Eigen::Matrix<double, 2, 6>::Zero();
+  for (const RimPoint& point : blob.rim) {
+    const auto ray = rim_ray(point, scene.camera);
+    Eigen::Matrix<double, 1, 6> jacobian;
+    const auto off = ray ? rim_distance_px(lamp, cam_from_world, *ray, &jacobian) : std::nullopt;
+    if (!off) continue;
+    const double weight = 1 / square(point.sigma_px);
+    information += weight * point.normal * point.normal.transpose();
+    gradient += weight * *off * point.normal;
+    by_pose += weight * point.normal * jacobian;
+  }
+  const Eigen::Matrix2d covariance = information.inverse();
+  if (!covariance.allFinite() || !(covariance.trace() < max_variance_px2)) return false;
+  SeenLamp seen;
+  seen.residual_px = covariance * gradient;
+  seen.by_pose = covariance * by_pose;
+  const double growth_px = blob.saturated ? core::over_exposed_growth_px : 0;
+  const double common_px2 = blob.rim_covariance_px2(0, 0) + square(growth_px);
+  seen.covariance_px2 = covariance + common_px2 * Eigen::Matrix2d::Identity() +
+                        image_covariance_px2(lamp, cam_from_world, scene);
+  const double border_px = 2.0 * (scene.camera.width() + scene.camera.height());
+  evidence.log_appearance += std::log(border_px * blob.ellipse.semi_major_px / evidence.image_px2);
+  evidence.lamps.push_back(seen);
+  return true;
+}
+
+/// Adds the lamps that the border cuts. A single one beside a single whole lamp does not count:
+/// something may hide a part of it.
+void add_cut_lamps(const Refined& refined, const std::vector<Blob>& blobs, const Scene& scene,
+                   const scene::ColourTest& colours, PoseEvidence& evidence) {
+  constexpr std::size_t min_lamps = 3;
+  PoseEvidence with_cut = evidence;
+  for (const Blob& blob : blobs)
+    with_cut.blobs += is_place_if_cut(blob) && !colours.contradicts_all(blob);
+  for (const LampResidual& residual : refined.lamps) {
+    const Blob& blob = blobs[residual.match.blob];
+    if (residual.contradicts || !is_place_if_cut(blob)) continue;
+    if (add_cut(scene.lamps[residual.match.lamp], blob, refined.cam_from_world, scene, with_cut))
+      with_cut.log_appearance += colours.log_ratio(residual.match.lamp, blob);
+  }
+  if (with_cut.lamps.size() >= min_lamps) evidence = std::move(with_cut);
+}
+
 /// ln of the density ratio of a code: one false light in a hundred has a code, which is then that
 /// of any lamp.
 double log_code_ratio(const Lamp& lamp, const Blob& blob, std::size_t lamps) {
@@ -338,6 +395,7 @@ PoseEvidence evidence_of(const Refined& refined, const Hypothesis& hypothesis,
                 has_grown(lamp, blob, colours.is_active()), evidence);
     evidence.lamps.push_back(seen);
   }
+  add_cut_lamps(refined, blobs, scene, colours, evidence);
   evidence.log_appearance += log_light_ratio(lights, log_fluxes(blobs, is_lamp, colours, scene));
   if (prior) evidence.prior = identify::prior_parts(*prior, cam_from_world);
   return evidence;

@@ -222,6 +222,26 @@ Scene random_panels(Random& random) {
   return room_of({0.4, 0.3}, places_m);
 }
 
+/// The panels as trapezoids or as Lame curves.
+Scene as_trapezoids(Scene map) {
+  for (Lamp& lamp : map.lamps) {
+    lamp.shape = LampShape::polygon;
+    lamp.size_m.setZero();
+    lamp.corners_m = {{-0.2, -0.15}, {0.2, -0.15}, {0.12, 0.15}, {-0.12, 0.15}};
+  }
+  map.validate();
+  return map;
+}
+
+Scene as_curves(Scene map) {
+  for (Lamp& lamp : map.lamps) {
+    lamp.shape = LampShape::lame;
+    lamp.exponent = 4;
+  }
+  map.validate();
+  return map;
+}
+
 std::ptrdiff_t whole_panels(const Rendered& rendered) {
   return std::count_if(rendered.lamps.begin(), rendered.lamps.end(),
                        [](const LampTruth& lamp) { return lamp.whole; });
@@ -246,6 +266,56 @@ TEST(LocateRectangles, ThreeOfSixteenEqualPanelsAreNamed) {
     }
   }
   EXPECT_GE(images, 8);
+}
+
+TEST(LocateRectangles, ThreeOfSixteenEqualPolygonsOrCurvesAreNamed) {
+  for (const auto& as_other : {as_trapezoids, as_curves}) {
+    Random random(8);
+    int images = 0;
+    for (int room = 0; room < 40; ++room) {
+      const Scene map = as_other(random_panels(random));
+      const Rigid3 truth = random_view(random, {0, 0, 0.5}, 1);
+      SimulateOptions simulation;
+      simulation.seed = static_cast<std::uint64_t>(room);
+      const Rendered rendered = simulate(map, truth, simulation);
+      if (whole_panels(rendered) != 3) continue;
+      ++images;
+      const Result<Fix> fix = locate(rendered.image.view(), map);
+      EXPECT_EQ(fix.status, Status::ok) << fix.message;
+      if (fix.ok()) {
+        EXPECT_LT((fix->position_m - truth.origin_in_source()).norm(), 2e-3);
+      }
+    }
+    EXPECT_GE(images, 8);
+  }
+}
+
+/// The visible sides of two lamps that the border cuts are as good as a second whole lamp.
+TEST(LocateRectangles, AWholeTrapezoidBesideCutOnesIsNamed) {
+  Random random(10);
+  int images = 0, located = 0;
+  for (int room = 0; room < 300; ++room) {
+    const Scene map = as_trapezoids(random_panels(random));
+    const Rigid3 truth = random_view(random, {0, 0, 0.5}, 1);
+    SimulateOptions simulation;
+    simulation.seed = static_cast<std::uint64_t>(room);
+    const Rendered rendered = simulate(map, truth, simulation);
+    if (whole_panels(rendered) != 1) continue;
+    const std::vector<Blob> blobs = detect(rendered.image.view(), {});
+    if (std::count_if(blobs.begin(), blobs.end(), [](const Blob& blob) {
+          return blob.cut_by_border && blob.rim.size() > 60;
+        }) < 2)
+      continue;
+    SCOPED_TRACE(room);
+    ++images;
+    const Result<Fix> fix = locate(rendered.image.view(), map);
+    located += fix.ok();
+    if (fix.ok()) {
+      EXPECT_LT((fix->position_m - truth.origin_in_source()).norm(), 5e-3);
+    }
+  }
+  EXPECT_GE(images, 8);
+  EXPECT_GE(located, images * 9 / 10);
 }
 
 /// Many pairs of panels have nearly the place and the outlines of the two whole ones. The visible

@@ -30,6 +30,7 @@ struct PoseHypothesis {
   std::vector<Pair> pairs;      ///< sorted by observation
   std::vector<Match> attached;  ///< partial blobs at the predicted image of a lamp
   double chi2 = 0;              ///< pairs and prior, plus the penalties for missed lamps
+  double outline_misfit = 0;    ///< see OutlineMisfit
   int missed = 0;               ///< lamps that should be visible but match no blob
   double poses_scored = 0;      ///< poses that had been scored by votes when it was found
   Brightness brightness;

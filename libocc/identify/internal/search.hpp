@@ -8,6 +8,7 @@
 
 #include "libocc/identify/internal/covisibility.hpp"
 #include "libocc/identify/internal/hypothesis_voting.hpp"
+#include "libocc/identify/internal/outline_misfit.hpp"
 #include "libocc/identify/internal/pose_hypothesis.hpp"
 #include "libocc/identify/internal/size_consistency.hpp"
 #include "libocc/identify/internal/triple_order.hpp"
@@ -121,6 +122,7 @@ class Search {
   const AssignmentProblem& problem_;
   Covisibility covisibility_;
   SizeConsistency sizes_;
+  OutlineMisfit outlines_;
   bool prior_ = false;
   std::vector<PoseHypothesis> found_;
   int best_support_ = 0;

@@ -9,6 +9,9 @@
 
 namespace occ::internal::identify {
 
+/// Central second moments of a lamp's face along x_axis and normal x x_axis.
+Eigen::Matrix2d face_moments_m2(const Lamp& lamp);
+
 /// Finds the poses at which a lamp has the outline of one blob. Starts follow from the second
 /// moments of both areas: under weak perspective, they determine tilt and distance for each turn
 /// about the normal. The distances of the rim points from the outline are then minimised, by
