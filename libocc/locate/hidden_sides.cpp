@@ -366,8 +366,8 @@ std::optional<Result<Fix>> locate_by_visible_sides(
     if (!follow(hypothesis, 0)) return std::nullopt;
   }
   if (best || rank(first.fix.status) < 2) return best;
-  // An outline that is hidden in part and taken for a whole one leads to wrong names. Those that
-  // the border cuts, too, or the smallest other one may be; without them, the others give the
+  // An outline that is hidden in part and taken for a whole one leads to wrong names. First those
+  // that the border cuts are left out, then the smallest of the others as well: the rest gives the
   // names.
   std::vector<Blob> others = blobs;
   std::vector<std::size_t> cut, whole;
