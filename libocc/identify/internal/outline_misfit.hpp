@@ -25,8 +25,7 @@ class OutlineMisfit {
   double of(const Pair& pair, const Rigid3& pose) const;
 
   const AssignmentProblem& problem_;
-  std::vector<Eigen::Matrix2d>
-      moments_m2_;  ///< of each lamp along its axes; zero for points and discs
+  std::vector<Eigen::Matrix2d> moments_m2_;  ///< one per lamp, along its axes; zero without axes
 };
 
 }  // namespace occ::internal::identify
