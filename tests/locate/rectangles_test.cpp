@@ -242,52 +242,52 @@ Scene as_curves(Scene map) {
   return map;
 }
 
-std::ptrdiff_t whole_panels(const Rendered& rendered) {
-  return std::count_if(rendered.lamps.begin(), rendered.lamps.end(),
-                       [](const LampTruth& lamp) { return lamp.whole; });
-}
+/// A picture in a random room.
+struct RoomPicture {
+  Scene map;
+  Rigid3 truth;
+  Rendered rendered;
 
-/// Any three panels fit some pose by their centres: their outlines select it.
-TEST(LocateRectangles, ThreeOfSixteenEqualPanelsAreNamed) {
+  RoomPicture(Random& random, Scene (*as_other)(Scene), int seed)
+      : map(as_other(random_panels(random))), truth(random_view(random, {0, 0, 0.5}, 1)) {
+    SimulateOptions simulation;
+    simulation.seed = static_cast<std::uint64_t>(seed);
+    rendered = simulate(map, truth, simulation);
+  }
+
+  std::ptrdiff_t whole_lamps() const {
+    return std::count_if(rendered.lamps.begin(), rendered.lamps.end(),
+                         [](const LampTruth& lamp) { return lamp.whole; });
+  }
+  double error_m(const Eigen::Vector3d& position_m) const {
+    return (position_m - truth.origin_in_source()).norm();
+  }
+};
+
+Scene as_panels(Scene map) { return map; }
+
+void expect_three_are_named(Scene (*as_other)(Scene)) {
   Random random(8);
   int images = 0;
   for (int room = 0; room < 40; ++room) {
-    const Scene map = random_panels(random);
-    const Rigid3 truth = random_view(random, {0, 0, 0.5}, 1);
-    SimulateOptions simulation;
-    simulation.seed = static_cast<std::uint64_t>(room);
-    const Rendered rendered = simulate(map, truth, simulation);
-    if (whole_panels(rendered) != 3) continue;
+    const RoomPicture picture(random, as_other, room);
+    if (picture.whole_lamps() != 3) continue;
     ++images;
-    const Result<Fix> fix = locate(rendered.image.view(), map);
+    const Result<Fix> fix = locate(picture.rendered.image.view(), picture.map);
     EXPECT_EQ(fix.status, Status::ok) << fix.message;
     if (fix.ok()) {
-      EXPECT_LT((fix->position_m - truth.origin_in_source()).norm(), 2e-3);
+      EXPECT_LT(picture.error_m(fix->position_m), 2e-3);
     }
   }
   EXPECT_GE(images, 8);
 }
 
+/// Any three panels fit some pose by their centres: their outlines select it.
+TEST(LocateRectangles, ThreeOfSixteenEqualPanelsAreNamed) { expect_three_are_named(as_panels); }
+
 TEST(LocateRectangles, ThreeOfSixteenEqualPolygonsOrCurvesAreNamed) {
-  for (const auto& as_other : {as_trapezoids, as_curves}) {
-    Random random(8);
-    int images = 0;
-    for (int room = 0; room < 40; ++room) {
-      const Scene map = as_other(random_panels(random));
-      const Rigid3 truth = random_view(random, {0, 0, 0.5}, 1);
-      SimulateOptions simulation;
-      simulation.seed = static_cast<std::uint64_t>(room);
-      const Rendered rendered = simulate(map, truth, simulation);
-      if (whole_panels(rendered) != 3) continue;
-      ++images;
-      const Result<Fix> fix = locate(rendered.image.view(), map);
-      EXPECT_EQ(fix.status, Status::ok) << fix.message;
-      if (fix.ok()) {
-        EXPECT_LT((fix->position_m - truth.origin_in_source()).norm(), 2e-3);
-      }
-    }
-    EXPECT_GE(images, 8);
-  }
+  expect_three_are_named(as_trapezoids);
+  expect_three_are_named(as_curves);
 }
 
 /// The visible sides of two lamps that the border cuts are as good as a second whole lamp.
@@ -295,23 +295,19 @@ TEST(LocateRectangles, AWholeTrapezoidBesideCutOnesIsNamed) {
   Random random(10);
   int images = 0, located = 0;
   for (int room = 0; room < 300; ++room) {
-    const Scene map = as_trapezoids(random_panels(random));
-    const Rigid3 truth = random_view(random, {0, 0, 0.5}, 1);
-    SimulateOptions simulation;
-    simulation.seed = static_cast<std::uint64_t>(room);
-    const Rendered rendered = simulate(map, truth, simulation);
-    if (whole_panels(rendered) != 1) continue;
-    const std::vector<Blob> blobs = detect(rendered.image.view(), {});
+    const RoomPicture picture(random, as_trapezoids, room);
+    if (picture.whole_lamps() != 1) continue;
+    const std::vector<Blob> blobs = detect(picture.rendered.image.view(), {});
     if (std::count_if(blobs.begin(), blobs.end(), [](const Blob& blob) {
           return blob.cut_by_border && blob.rim.size() > 60;
         }) < 2)
       continue;
     SCOPED_TRACE(room);
     ++images;
-    const Result<Fix> fix = locate(rendered.image.view(), map);
+    const Result<Fix> fix = locate(picture.rendered.image.view(), picture.map);
     located += fix.ok();
     if (fix.ok()) {
-      EXPECT_LT((fix->position_m - truth.origin_in_source()).norm(), 5e-3);
+      EXPECT_LT(picture.error_m(fix->position_m), 5e-3);
     }
   }
   EXPECT_GE(images, 8);
@@ -324,20 +320,16 @@ TEST(LocateRectangles, TwoOfSixteenEqualPanelsAreNamedByThoseThatTheBorderCuts) 
   Random random(9);
   int images = 0, located = 0;
   for (int room = 0; room < 120; ++room) {
-    const Scene map = random_panels(random);
-    const Rigid3 truth = random_view(random, {0, 0, 0.5}, 1);
-    SimulateOptions simulation;
-    simulation.seed = static_cast<std::uint64_t>(room);
-    const Rendered rendered = simulate(map, truth, simulation);
-    if (whole_panels(rendered) != 2) continue;
+    const RoomPicture picture(random, as_panels, room);
+    if (picture.whole_lamps() != 2) continue;
     SCOPED_TRACE(room);
     ++images;
-    const Result<Fix> fix = locate(rendered.image.view(), map);
+    const Result<Fix> fix = locate(picture.rendered.image.view(), picture.map);
     ASSERT_TRUE(fix.ok() || fix.status == Status::ambiguous) << fix.message;
     located += fix.ok();
-    EXPECT_LT(identify(fix->blobs, map)->hypotheses.size(), 80u);
+    EXPECT_LT(identify(fix->blobs, picture.map)->hypotheses.size(), 80u);
     const auto is_right = [&](const Candidate& candidate) {
-      return (candidate.position_m - truth.origin_in_source()).norm() < 5e-3;
+      return picture.error_m(candidate.position_m) < 5e-3;
     };
     EXPECT_TRUE(fix.ok() ? is_right(fix->candidates.front())
                          : std::any_of(fix->candidates.begin(), fix->candidates.end(), is_right));
