@@ -179,7 +179,12 @@ Network transformed(Network network, const Similarity& similarity) {
   require(similarity.scale > 0 && std::isfinite(similarity.scale), "similarity.scale",
           similarity.scale, "positive");
   const Matrix3d& rotation = similarity.rotation;
-  for (NetworkPoint& point : network.points) point.position_m = similarity * point.position_m;
+  for (NetworkPoint& point : network.points) {
+    point.position_m = similarity * point.position_m;
+    if (!point.outline) continue;
+    point.outline->world_from_outline = rotation * point.outline->world_from_outline;
+    point.outline->size_m *= similarity.scale;
+  }
   for (NetworkBody& body : network.bodies) {
     body.world_from_body = {rotation * body.world_from_body.rotation,
                             similarity * body.world_from_body.translation};

@@ -136,8 +136,15 @@ MatrixXd datum_null_space(const Network& network, const NetworkLayout& layout,
                                                     pose.rotation * translation;
   }
   for (std::size_t i = 0; i < layout.points.size(); ++i)
-    if (layout.points[i] != none)
-      columns.middleRows<3>(layout.points[i]) = similarity_jacobian(defect, state.points[i]);
+    if (layout.points[i] != none) {
+      const Index offset = layout.points[i];
+      columns.middleRows<3>(offset) = similarity_jacobian(defect, state.points[i]);
+      if (layout.point_sizes[i] == 3) continue;
+      const int rotations = rotations_of(state.outlines[i]);
+      columns.middleRows(offset + 3, rotations) =
+          rotation_axes(state.outlines[i]).transpose() * rotation;
+      for (int k = 3 + rotations; k < layout.point_sizes[i]; ++k) columns.row(offset + k) = scale;
+    }
   for (std::size_t i = 0; i < layout.bodies.size(); ++i) {
     const Index offset = layout.bodies[i];
     if (offset == none) continue;

@@ -55,6 +55,7 @@ NetworkLayout layout_for(const Network& probe, const Precision* precision) {
     layout.reduced = known.reduced;
   }
   layout.points.assign(probe.points.size(), 0);  // unknown; the offset is not used
+  layout.point_sizes.assign(probe.points.size(), 3);
   return layout;
 }
 

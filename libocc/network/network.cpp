@@ -54,8 +54,18 @@ void check_geometry(const Network& network) {
     require_pose(network.stations[i].station_from_world, item("stations", i));
   for (std::size_t i = 0; i < network.mounts.size(); ++i)
     require_pose(network.mounts[i].cam_from_station, item("mounts", i));
-  for (std::size_t i = 0; i < network.points.size(); ++i)
-    require_finite(network.points[i].position_m, item("points", i));
+  for (std::size_t i = 0; i < network.points.size(); ++i) {
+    const NetworkPoint& point = network.points[i];
+    require_finite(point.position_m, item("points", i));
+    if (!point.outline) continue;
+    const Eigen::Vector2d& size = point.outline->size_m;
+    require_pose({point.outline->world_from_outline, point.position_m},
+                 item("points", i, ".outline"));
+    require(size.minCoeff() > 0 && size.allFinite(), item("points", i, ".outline.size_m"),
+            size.transpose(), "positive");
+    require(!point.outline->is_round || size[0] == size[1], item("points", i, ".outline.size_m"),
+            size.transpose(), "two equal sizes of a round outline");
+  }
   for (std::size_t i = 0; i < network.bodies.size(); ++i) {
     const NetworkBody& body = network.bodies[i];
     require(body.corners_m.cols() > 0, item("bodies", i, ".corners_m"), body.corners_m.cols(),
@@ -115,6 +125,49 @@ void check_observations(const Network& network) {
             known.length_m, "positive");
     require(known.sigma_m > 0 && std::isfinite(known.sigma_m), item("distances", i, ".sigma_m"),
             known.sigma_m, "positive");
+  }
+}
+
+void check_outlines(const Network& network) {
+  for (std::size_t i = 0; i < network.cameras.size(); ++i) {
+    const NetworkCamera& camera = network.cameras[i];
+    require(std::isfinite(camera.outline_growth_px), item("cameras", i, ".outline_growth_px"),
+            camera.outline_growth_px, "finite");
+    require(camera.outline_growth_sigma_px >= 0 && std::isfinite(camera.outline_growth_sigma_px),
+            item("cameras", i, ".outline_growth_sigma_px"), camera.outline_growth_sigma_px,
+            "zero or positive");
+  }
+  std::vector<char> has_outline(network.observations.size());
+  for (std::size_t i = 0; i < network.outlines.size(); ++i) {
+    const OutlineObservation& outline = network.outlines[i];
+    const std::string name = item("outlines", i);
+    require_index(outline.observation, network.observations.size(), name + ".observation",
+                  "observations");
+    require(!has_outline[outline.observation], name + ".observation", outline.observation,
+            "that of one outline");
+    has_outline[outline.observation] = 1;
+    const ImageObservation& centre = network.observations[outline.observation];
+    require(centre.target.body < 0 && network.points[centre.target.point].outline,
+            name + ".observation", network.name_of(centre.target), "of a point with an outline");
+    require_pose(outline.cam_from_outline, name + ".cam_from_outline");
+    require(outline.size_m.minCoeff() > 0 && outline.size_m.allFinite(), name + ".size_m",
+            outline.size_m.transpose(), "positive");
+    const Eigen::Index count = outline.rows.rows();
+    require(outline.rows.allFinite(), name + ".rows", count, "finite");
+    require(outline.centre_rows.allFinite(), name + ".centre_rows", count, "finite");
+    require(outline.constant.size() == count && outline.constant.allFinite(), name + ".constant",
+            outline.constant.size(), "finite, one number for each row");
+    const NetworkCamera& camera = network.cameras[network.images[centre.image].camera];
+    const bool is_free = !camera.free_parameters.empty();
+    const Eigen::Index parameters =
+        is_free ? static_cast<Eigen::Index>(camera.camera.parameters().size()) : 0;
+    const std::string rule =
+        is_free ? "finite, one for each parameter of its camera" : "none: its camera is known";
+    require(outline.by_camera.cols() == parameters &&
+                (!is_free || outline.by_camera.rows() == count) && outline.by_camera.allFinite(),
+            name + ".by_camera", outline.by_camera.cols(), rule);
+    require(outline.camera_parameters.size() == parameters && outline.camera_parameters.allFinite(),
+            name + ".camera_parameters", outline.camera_parameters.size(), rule);
   }
 }
 
@@ -187,6 +240,7 @@ void check_network(const Network& network) {
   check_geometry(network);
   check_images(network);
   check_observations(network);
+  check_outlines(network);
   check_control_and_priors(network);
 }
 

@@ -6,12 +6,15 @@
 //
 // where `cam_from_station` is the mount of a camera on a rig (the same for all its images), or the
 // identity. A body is a set of points of known shape, for example the corners of an AprilTag or a
-// chessboard: X = world_from_body * (scale * corner). Poses, positions and parameters are start
+// chessboard: X = world_from_body * (scale * corner). A point may be the centre of a flat outline,
+// such as the rim of a lamp, whose orientation and size are unknown. Poses, positions and
+// parameters are start
 // values for adjust(), which may be rough. Elements that are `fixed` are error-free. All lengths
 // have the same unit (metres); the world's origin is arbitrary.
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -28,6 +31,9 @@ struct NetworkCamera {
   Camera camera = Camera::pinhole(640, 480, 500, 500, 319.5, 239.5);
   /// Names of the unknown parameters: those of Camera::parameters(), or f_px (see below).
   std::vector<std::string> free_parameters;
+  /// Outward displacement of all outlines in its images, such as by a response that is not known,
+  /// and its standard deviation about zero. It is unknown if there are outlines; sigma 0: known.
+  double outline_growth_px = 0, outline_growth_sigma_px = 0;
 };
 
 /// Pose of a camera or a rig. Several images may share a station.
@@ -51,12 +57,22 @@ struct NetworkImage {
   int mount = -1;               ///< -1: the station is the camera pose
 };
 
+/// Orientation and size of a flat outline about a point.
+struct NetworkOutline {
+  Eigen::Matrix3d world_from_outline = Eigen::Matrix3d::Identity();  ///< its z axis is the normal
+  Eigen::Vector2d size_m = Eigen::Vector2d::Ones();                  ///< extents along x and y
+  /// A disc: both sizes are one unknown, and the rotation about its axis is none.
+  bool is_round = false;
+};
+
 /// A point of the world.
 struct NetworkPoint {
   std::string name;  ///< label for messages
   /// Start value; the known position if fixed.
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
   bool fixed = false;  ///< true: the position is error-free
+  /// Start values of an outline about the point, for OutlineObservation.
+  std::optional<NetworkOutline> outline = {};
 };
 
 /// Points of known shape with an unknown pose, such as a tag.
@@ -94,6 +110,30 @@ struct ImageObservation {
   /// Standard deviations in x and y, positive.
   Eigen::Vector2d sigma_px = Eigen::Vector2d::Constant(0.5);
   bool used = true;  ///< false: rejected; it stays in the list so that indices remain valid
+};
+
+/// Measured outline of a point, without the place of its centre, linearised. With the
+/// rotation R from the outline's to the camera's frame, the centre t in the camera's frame [m], the
+/// sizes a and b [m], s = sqrt(a b), the growth g [px], the camera's parameters c, and the index 0
+/// for the values of the reference, the unknowns are
+///
+///     u = (log(R R0^T), t s0 / s - t0, ln(a / b) - ln(a0 / b0), g),  v = c - c0,
+///
+/// and rows u + by_camera v + constant has zero mean and unit covariance. The observed centre, such
+/// as that of an ellipse, is displaced by centre_rows u from the projection of the point. R R0^T is
+/// the smallest rotation between the normals for a round outline. The network's scale has no
+/// influence. Outlines of fixed points are not used.
+struct OutlineObservation {
+  /// Index into Network::observations of the centre of the outline. The outline is used while that
+  /// is, and has its robust weight.
+  int observation = 0;
+  Rigid3 cam_from_outline;                           ///< reference: R0 and t0
+  Eigen::Vector2d size_m = Eigen::Vector2d::Ones();  ///< reference: a0 and b0
+  Eigen::Matrix<double, Eigen::Dynamic, 8> rows;     ///< n x 8
+  Eigen::Matrix<double, 2, 8> centre_rows = Eigen::Matrix<double, 2, 8>::Zero();  ///< [px]
+  Eigen::MatrixXd by_camera;  ///< n x number of Camera::parameters(); empty if none of them is free
+  Eigen::VectorXd camera_parameters;  ///< reference: c0; empty as by_camera
+  Eigen::VectorXd constant;           ///< n
 };
 
 /// Measured distance of two targets, for example a scale bar.
@@ -134,6 +174,7 @@ struct Network {
   std::vector<NetworkPoint> points;              ///< single points
   std::vector<NetworkBody> bodies;               ///< rigid groups of points
   std::vector<ImageObservation> observations;    ///< image points
+  std::vector<OutlineObservation> outlines;      ///< outlines about image points
   std::vector<DistanceObservation> distances;    ///< measured distances
   std::vector<ControlPoint> control;             ///< points with known coordinates
   std::vector<ParameterPrior> parameter_priors;  ///< known camera parameters
@@ -167,7 +208,8 @@ LIBOCC_API Eigen::MatrixXd free_parameter_directions(const Camera& camera,
 
 /// Throws std::invalid_argument naming the element: an index out of range, a name that is not a
 /// parameter of its camera, a sigma that is not positive, a number that is not finite, a covariance
-/// that is not positive definite, a body without corners.
+/// that is not positive definite, a body without corners, an observed outline of a point without
+/// one.
 LIBOCC_API void check_network(const Network& network);
 
 }  // namespace occ

@@ -127,7 +127,9 @@ std::string names_of_unknowns(const Network& network, const NetworkLayout& layou
     std::string name;
     for (std::size_t i = 0; i < network.cameras.size(); ++i) {
       const CameraBlock& block = layout.cameras[i];
-      if (within(k, block.offset, static_cast<Index>(block.columns.size())))
+      if (block.has_growth && within(k, block.offset + block.size() - 1, 1))
+        name = "growth of the outlines of " + name_or(network.cameras[i], "camera", i);
+      else if (within(k, block.offset, block.size()))
         name = network.cameras[i].free_parameters[k - block.offset] + " of " +
                name_or(network.cameras[i], "camera", i);
     }
@@ -136,7 +138,8 @@ std::string names_of_unknowns(const Network& network, const NetworkLayout& layou
     for (std::size_t i = 0; i < network.stations.size(); ++i)
       if (within(k, layout.stations[i], 6)) name = name_or(network.stations[i], "station", i);
     for (std::size_t i = 0; i < network.points.size(); ++i)
-      if (within(k, layout.points[i], 3)) name = name_or(network.points[i], "point", i);
+      if (within(k, layout.points[i], layout.point_sizes[i]))
+        name = name_or(network.points[i], "point", i);
     for (std::size_t i = 0; i < network.bodies.size(); ++i)
       if (within(k, layout.bodies[i], layout.body_sizes[i]))
         name = name_or(network.bodies[i], "body", i);
@@ -154,6 +157,10 @@ int count_observations(const Network& network, const NetworkLayout& layout) {
       ++rows;
   for (const ControlPoint& control : network.control)
     if (control.used && layout.is_determined(control.target)) rows += 3;
+  for (std::size_t i = 0; i < layout.outline_of.size(); ++i)
+    if (const OutlineObservation* outline = layout.outline(network, static_cast<int>(i)))
+      rows += static_cast<int>(outline->rows.rows());
+  for (const CameraBlock& camera : layout.cameras) rows += camera.has_growth;
   return rows + static_cast<int>(network.parameter_priors.size() + 6 * network.pose_priors.size());
 }
 

@@ -2,6 +2,7 @@
 #include "libocc/network/internal/network_layout.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 #include <stdexcept>
 
@@ -77,6 +78,10 @@ void assign_reduced_offsets(const Network& network, NetworkLayout& layout) {
     camera_used[image.camera] = station_used[image.station] = 1;
     if (image.mount >= 0) mount_used[image.mount] = 1;
   }
+  std::vector<char> has_outlines(network.cameras.size());
+  for (std::size_t i = 0; i < layout.outline_of.size(); ++i)
+    if (layout.outline_of[i] >= 0)
+      has_outlines[network.images[network.observations[i].image].camera] = 1;
   for (const ParameterPrior& prior : network.parameter_priors) camera_used[prior.camera] = 1;
   for (const PosePrior& prior : network.pose_priors) station_used[prior.station] = 1;
 
@@ -88,9 +93,10 @@ void assign_reduced_offsets(const Network& network, NetworkLayout& layout) {
       for (const std::string& name : network.cameras[i].free_parameters)
         if (const auto columns = parameter_columns(parameters, name))
           block.columns.push_back(*columns);
-    if (!block.columns.empty()) {
+    block.has_growth = has_outlines[i] && network.cameras[i].outline_growth_sigma_px > 0;
+    if (block.size() > 0) {
       block.offset = offset;
-      offset += static_cast<Index>(block.columns.size());
+      offset += block.size();
     }
     layout.cameras.push_back(block);
   }
@@ -107,6 +113,30 @@ void assign_reduced_offsets(const Network& network, NetworkLayout& layout) {
   layout.reduced = offset;
 }
 
+/// Outlines that are unknown: those of unknown points with an observation that is used.
+void assign_outlines(const Network& network, NetworkLayout& layout) {
+  layout.point_sizes.assign(network.points.size(), 3);
+  if (network.outlines.empty()) return;
+  layout.outline_of.assign(network.observations.size(), -1);
+  for (std::size_t i = 0; i < network.outlines.size(); ++i) {
+    const int index = network.outlines[i].observation;
+    const ImageObservation& observation = network.observations[index];
+    const NetworkPoint& point = network.points[observation.target.point];
+    if (!observation.used || point.fixed || !layout.is_determined(observation.target)) continue;
+    layout.outline_of[index] = static_cast<int>(i);
+    layout.point_sizes[observation.target.point] = 3 + unknowns_of(*point.outline);
+  }
+}
+
+/// Changes an outline by its unknowns.
+void move_outline(const Eigen::Ref<const Eigen::VectorXd>& step, NetworkOutline& outline) {
+  const int rotations = rotations_of(outline);
+  outline.world_from_outline =
+      so3_exp(rotation_axes(outline) * step.head(rotations)) * outline.world_from_outline;
+  outline.size_m[0] *= std::exp(step[rotations]);
+  outline.size_m[1] *= std::exp(step[step.size() - 1]);
+}
+
 ImageBlock image_block(const NetworkLayout& layout, const NetworkImage& image) {
   ImageBlock block;
   const auto add = [&](Index offset, int size) {
@@ -117,7 +147,7 @@ ImageBlock image_block(const NetworkLayout& layout, const NetworkImage& image) {
     return block.width - size;
   };
   const CameraBlock& camera = layout.cameras[image.camera];
-  add(camera.offset, static_cast<int>(camera.columns.size()));
+  add(camera.offset, camera.size());
   if (image.mount >= 0) block.mount_column = add(layout.mounts[image.mount], 6);
   block.station_column = add(layout.stations[image.station], 6);
   return block;
@@ -252,7 +282,13 @@ void assign_group_offsets(NetworkLayout& layout) {
 }  // namespace
 
 NetworkState::NetworkState(const Network& network) {
-  for (const NetworkCamera& camera : network.cameras) cameras.push_back(camera.camera);
+  for (const NetworkCamera& camera : network.cameras) {
+    cameras.push_back(camera.camera);
+    growths.push_back(camera.outline_growth_px);
+  }
+  if (!network.outlines.empty())
+    for (const NetworkPoint& point : network.points)
+      outlines.push_back(point.outline.value_or(NetworkOutline()));
   for (const NetworkStation& station : network.stations)
     stations.push_back(station.station_from_world);
   for (const NetworkMount& mount : network.mounts) mounts.push_back(mount.cam_from_station);
@@ -264,7 +300,16 @@ NetworkState::NetworkState(const Network& network) {
 }
 
 void NetworkState::write_to(Network& network) const {
-  for (std::size_t i = 0; i < cameras.size(); ++i) network.cameras[i].camera = cameras[i];
+  for (std::size_t i = 0; i < cameras.size(); ++i) {
+    network.cameras[i].camera = cameras[i];
+    network.cameras[i].outline_growth_px = growths[i];
+  }
+  for (std::size_t i = 0; i < outlines.size(); ++i)
+    if (network.points[i].outline) {
+      network.points[i].outline = outlines[i];
+      Eigen::Matrix3d& rotation = network.points[i].outline->world_from_outline;
+      rotation = nearest_rotation(rotation);
+    }
   for (std::size_t i = 0; i < stations.size(); ++i)
     network.stations[i].station_from_world = {nearest_rotation(stations[i].rotation),
                                               stations[i].translation};
@@ -290,6 +335,11 @@ Network without_observations(const Network& network) {
   return copy;
 }
 
+Eigen::Matrix3Xd rotation_axes(const NetworkOutline& outline) {
+  if (!outline.is_round) return Eigen::Matrix3d::Identity();
+  return outline.world_from_outline.leftCols<2>();
+}
+
 bool NetworkLayout::is_determined(const Target& target) const {
   return target.body < 0 ? determined_point[target.point] : determined_body[target.body];
 }
@@ -300,6 +350,7 @@ NetworkLayout layout_of(const Network& network) {
   find_determined(network, observed, layout);
   layout.points.assign(network.points.size(), none);
   layout.bodies.assign(network.bodies.size(), none);
+  assign_outlines(network, layout);
   for (const NetworkBody& body : network.bodies)
     layout.body_sizes.push_back(body.scale_free ? 7 : 6);
   assign_reduced_offsets(network, layout);
@@ -326,7 +377,7 @@ Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::ColMajor, 3, max_group> target_j
   Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::ColMajor, 3, max_group> jacobian(
       3, layout.size_of(target));
   if (target.body < 0) {
-    jacobian = Eigen::Matrix3d::Identity();
+    jacobian.setIdentity();
     return jacobian;
   }
   const Eigen::Vector3d arm =
@@ -343,6 +394,8 @@ std::optional<NetworkState> apply_step(const NetworkLayout& layout, const Networ
   for (std::size_t i = 0; i < next.cameras.size(); ++i) {
     const CameraBlock& block = layout.cameras[i];
     if (block.offset == none) continue;
+    if (block.has_growth) next.growths[i] += step[block.offset + block.size() - 1];
+    if (block.columns.empty()) continue;
     const std::vector<CameraParameter> parameters = state.cameras[i].parameters();
     Eigen::VectorXd values(static_cast<Index>(parameters.size()));
     for (std::size_t k = 0; k < parameters.size(); ++k)
@@ -366,7 +419,12 @@ std::optional<NetworkState> apply_step(const NetworkLayout& layout, const Networ
   move_poses(layout.mounts, next.mounts);
   move_poses(layout.stations, next.stations);
   for (std::size_t i = 0; i < next.points.size(); ++i)
-    if (layout.points[i] != none) next.points[i] += step.segment<3>(layout.points[i]);
+    if (layout.points[i] != none) {
+      next.points[i] += step.segment<3>(layout.points[i]);
+      if (layout.point_sizes[i] > 3)
+        move_outline(step.segment(layout.points[i] + 3, layout.point_sizes[i] - 3),
+                     next.outlines[i]);
+    }
   for (std::size_t i = 0; i < next.bodies.size(); ++i) {
     const Index offset = layout.bodies[i];
     if (offset == none) continue;

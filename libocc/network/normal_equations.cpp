@@ -4,10 +4,12 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "libocc/core/internal/dense.hpp"
 #include "libocc/core/internal/parallel.hpp"
 #include "libocc/geometry/so3.hpp"
+#include "libocc/network/internal/outline_rows.hpp"
 
 namespace occ::internal::network {
 
@@ -38,17 +40,18 @@ struct Lane {
   std::vector<std::size_t> singular_groups;
 };
 
-/// Multiplies r and the rows by the square root of the robust weight.
-void apply_weight(const Loss& loss, ObservationRows& rows, Lane& lane) {
+/// Multiplies r and the rows by the square root of the robust weight, which is returned.
+double apply_weight(const Loss& loss, ObservationRows& rows, Lane& lane) {
   const double squared = rows.r[0] * rows.r[0] + rows.r[1] * rows.r[1];
   lane.cost += loss.rho(squared);
   const double root = std::sqrt(loss.weight(squared));
-  if (root == 1) return;
+  if (root == 1) return root;
   for (int k = 0; k < 2; ++k) {
     rows.r[k] *= root;
     for (int i = 0; i < rows.width; ++i) rows.a[k][i] *= root;
     for (int i = 0; i < rows.size; ++i) rows.b[k][i] *= root;
   }
+  return root;
 }
 
 void add_image_part(const ObservationRows& rows, MatrixXd& sum, VectorXd& rhs) {
@@ -108,14 +111,6 @@ bool factorise(SmallMatrix& v, const Eigen::Ref<const VectorXd>& before) {
   return regular;
 }
 
-/// x = L^-T x.
-void divide_by_transposed(const SmallMatrix& lower, Eigen::Ref<VectorXd> x) {
-  for (Index c = lower.rows(); c-- > 0;) {
-    for (Index r = c + 1; r < lower.rows(); ++r) x[c] -= lower(r, c) * x[r];
-    x[c] /= lower(c, c);
-  }
-}
-
 class Builder {
  public:
   Builder(const Network& network, const NetworkLayout& layout, const NetworkState& state,
@@ -152,7 +147,7 @@ class Builder {
     }
     for (std::size_t b = number; b < layout_.batches.size(); b += lanes_) add_batch(b, lane);
     for (std::size_t k = number; k < layout_.direct.size(); k += lanes_)
-      add_direct(network_.observations[layout_.direct[k]], lane);
+      add_direct(layout_.direct[k], lane);
     place_image_parts(layout_, lane);
     if (number == 0) add_other_observations(lane);
   }
@@ -198,9 +193,11 @@ class Builder {
         add_out_of_view(lane);
         continue;
       }
-      apply_weight(loss_, rows, lane);
+      auto outline = outline_of(i, rows);
+      const double root = apply_weight(loss_, rows, lane);
       const int image = observation.image;
       add_image_part(rows, lane.of_image[image], lane.rhs_of_image[image]);
+      if (outline) add_outline(*outline, image, root, batch, column, v, y, out, lane);
       for (Index c = 0; c < group.size; ++c) {
         const double b0 = rows.b[0][c], b1 = rows.b[1][c];
         y[c] -= b0 * rows.r[0] + b1 * rows.r[1];
@@ -222,6 +219,58 @@ class Builder {
       own /= v(c, c);
       y[c] /= v(c, c);
     }
+  }
+
+  /// Outline of an observation, if it has one; `rows` of its centre are completed.
+  std::optional<OutlineRows> outline_of(int observation, ObservationRows& rows) const {
+    const OutlineObservation* outline = layout_.outline(network_, observation);
+    if (outline == nullptr) return std::nullopt;
+    const OutlineRows all = outline_rows_of(network_, layout_, state_, *outline);
+    all.displace_centre(network_.observations[observation].sigma_px, rows);
+    return all;
+  }
+
+  /// Multiplies the rows of an outline by the square root of the robust weight of its centre, and
+  /// adds the part of its image.
+  static void add_weighted(int image, double root, OutlineRows& rows, Lane& lane) {
+    rows.r *= root;
+    rows.a *= root;
+    rows.b *= root;
+    lane.cost += 0.5 * rows.r.squaredNorm();
+    lane.of_image[image].triangularView<Eigen::Upper>() += core::transposed_product(rows.a, rows.a);
+    lane.rhs_of_image[image] -= rows.a.transpose() * rows.r;
+  }
+
+  template <typename Vector>
+  void add_outline(OutlineRows& rows, int image, double root, const Batch& batch, Index column,
+                   SmallMatrix& v, Vector& y, EliminatedBatch& out, Lane& lane) const {
+    add_weighted(image, root, rows, lane);
+    y -= rows.b.transpose() * rows.r;
+    v += core::transposed_product(rows.b, rows.b);
+    const ImageBlock& block = layout_.images[image];
+    const MatrixXd mixed = core::transposed_product(rows.a, rows.b);
+    int first = 0;
+    for (int s = 0; s < block.segments; first += block.size[s++]) {
+      const Index start = batch.rows.empty() ? block.offset[s] : batch.position[block.offset[s]];
+      out.w.block(start, column, block.size[s], mixed.cols()) +=
+          mixed.middleRows(first, block.size[s]);
+    }
+  }
+
+  /// Adds the outline of a point that belongs to the reduced unknowns.
+  void add_direct_outline(OutlineRows& rows, int image, double root, Index offset,
+                          Lane& lane) const {
+    add_weighted(image, root, rows, lane);
+    const MatrixXd own = core::transposed_product(rows.b, rows.b);
+    lane.rhs.segment(offset, own.rows()) -= rows.b.transpose() * rows.r;
+    lane.diagonal.segment(offset, own.rows()) += own.diagonal();
+    lane.reduced.block(offset, offset, own.rows(), own.cols()) += own;
+    const ImageBlock& block = layout_.images[image];
+    const MatrixXd mixed = core::transposed_product(rows.b, rows.a);
+    int first = 0;
+    for (int s = 0; s < block.segments; first += block.size[s++])
+      lane.reduced.block(offset, block.offset[s], own.rows(), block.size[s]) +=
+          mixed.middleCols(first, block.size[s]);
   }
 
   void add_mixed(const Batch& batch, const ImageBlock& block, const ObservationRows& rows,
@@ -268,14 +317,17 @@ class Builder {
   }
 
   /// Adds an observation of a target that is fixed or belongs to the reduced unknowns.
-  void add_direct(const ImageObservation& observation, Lane& lane) const {
+  void add_direct(int index, Lane& lane) const {
+    const ImageObservation& observation = network_.observations[index];
     ObservationRows rows;
     if (!rows_of(network_, layout_, state_, observation, rows)) return add_out_of_view(lane);
-    apply_weight(loss_, rows, lane);
+    auto outline = outline_of(index, rows);
+    const double root = apply_weight(loss_, rows, lane);
     const int image = observation.image;
     add_image_part(rows, lane.of_image[image], lane.rhs_of_image[image]);
     if (rows.size == 0) return;
     const Index offset = layout_.offset_of(observation.target);
+    if (outline) add_direct_outline(*outline, image, root, offset, lane);
     const ImageBlock& block = layout_.images[image];
     for (Index c = 0; c < rows.size; ++c) {
       const double b0 = rows.b[0][c], b1 = rows.b[1][c];
@@ -383,6 +435,13 @@ class Builder {
       if (known.used && layout_.is_determined(known.from) && layout_.is_determined(known.to))
         add_distance(known, lane);
     for (const ParameterPrior& prior : network_.parameter_priors) add_parameter_prior(prior, lane);
+    for (std::size_t i = 0; i < layout_.cameras.size(); ++i) {
+      const CameraBlock& block = layout_.cameras[i];
+      const double sigma = network_.cameras[i].outline_growth_sigma_px;
+      if (block.has_growth)
+        add_rows({block.offset + block.size() - 1}, MatrixXd::Constant(1, 1, 1 / sigma),
+                 VectorXd::Constant(1, state_.growths[i] / sigma), lane);
+    }
     for (const PosePrior& prior : network_.pose_priors) add_pose_prior(prior, lane);
   }
 
@@ -425,41 +484,6 @@ void build(const Network& network, const NetworkLayout& layout, const NetworkSta
   normal.diagonal = std::move(sum.diagonal);
   normal.reduced.diagonal() += damping * normal.diagonal;
   normal.singular_groups = std::move(sum.singular_groups);
-}
-
-MatrixXd rows_in(const Batch& batch, const MatrixXd& over_reduced) {
-  if (batch.rows.empty()) return over_reduced;
-  MatrixXd rows(static_cast<Index>(batch.rows.size()), over_reduced.cols());
-  for (std::size_t k = 0; k < batch.rows.size(); ++k)
-    rows.row(static_cast<Index>(k)) = over_reduced.row(batch.rows[k]);
-  return rows;
-}
-
-VectorXd back_substitute(const NetworkLayout& layout, const NormalEquations& normal,
-                         const VectorXd& reduced_step) {
-  VectorXd step(layout.total);
-  step.head(layout.reduced) = reduced_step;
-  for (std::size_t b = 0; b < layout.batches.size(); ++b) {
-    const Batch& batch = layout.batches[b];
-    const EliminatedBatch& part = normal.batches[b];
-    VectorXd x = part.y;
-    if (layout.reduced > 0) x.noalias() -= part.w.transpose() * rows_in(batch, reduced_step).col(0);
-    Index column = 0;
-    for (std::size_t g = batch.first; g < batch.last; ++g) {
-      const Group& group = layout.groups[g];
-      auto own = x.segment(column, group.size);
-      divide_by_transposed(part.factors[g - batch.first], own);
-      step.segment(group.offset, group.size) = own;
-      column += group.size;
-    }
-  }
-  return step;
-}
-
-double decrement_squared(const NormalEquations& normal, const VectorXd& reduced_step) {
-  double sum = normal.rhs.dot(reduced_step);
-  for (const EliminatedBatch& batch : normal.batches) sum += batch.y.squaredNorm();
-  return sum;
 }
 
 }  // namespace occ::internal::network

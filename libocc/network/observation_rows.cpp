@@ -2,6 +2,7 @@
 #include "libocc/network/internal/observation_rows.hpp"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 
 namespace occ::internal::network {
@@ -72,13 +73,13 @@ bool rows_of(const Network& network, const NetworkLayout& layout, const NetworkS
   Eigen::Matrix<double, 2, 3> d_point;
   Camera::ParameterJacobian d_parameters;
   const auto pixel =
-      geometry.camera.project(x_in_cam, &d_point, camera.offset == none ? nullptr : &d_parameters);
+      geometry.camera.project(x_in_cam, &d_point, camera.columns.empty() ? nullptr : &d_parameters);
   if (!pixel || !pixel->allFinite()) return false;
   const Eigen::Vector2d residual = geometry.camera.difference_px(*pixel, observation.pixel);
 
   const double periods =
       std::round((pixel->x() - observation.pixel.x() - residual.x()) / geometry.camera.period_px());
-  if (camera.offset != none) add_period_derivative(geometry.camera, periods, d_parameters);
+  if (!camera.columns.empty()) add_period_derivative(geometry.camera, periods, d_parameters);
 
   const double aspect_ratio = geometry.camera.fy_px() / geometry.camera.fx_px();
   rows.width = block.width;
@@ -86,7 +87,8 @@ bool rows_of(const Network& network, const NetworkLayout& layout, const NetworkS
   for (int k = 0; k < 2; ++k) {
     const double inverse_sigma = 1 / observation.sigma_px[k];
     rows.r[k] = residual[k] * inverse_sigma;
-    if (camera.offset != none)
+    if (camera.has_growth) rows.a[k][camera.size() - 1] = 0;
+    if (!camera.columns.empty())
       for (std::size_t c = 0; c < camera.columns.size(); ++c) {
         const auto [column, tied] = camera.columns[c];
         double derivative = d_parameters(k, column);
@@ -104,6 +106,7 @@ bool rows_of(const Network& network, const NetworkLayout& layout, const NetworkS
     const Eigen::RowVector3d by_world = by_station * geometry.station.rotation;
     if (observation.target.body < 0) {
       for (int c = 0; c < 3; ++c) rows.b[k][c] = by_world[c];
+      std::fill(rows.b[k] + 3, rows.b[k] + rows.size, 0.0);  // its outline
       continue;
     }
     const Vector3d lever_arm = x_in_world - state.bodies[observation.target.body].translation;

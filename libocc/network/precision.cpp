@@ -2,6 +2,7 @@
 #include "libocc/network/precision.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "libocc/core/internal/dense.hpp"
@@ -24,7 +25,7 @@ using Eigen::MatrixXd;
 
 namespace {
 
-/// The 3x3 diagonal blocks of the points of one batch, in the free datum.
+/// The 3x3 diagonal blocks of the points without outlines of one batch, in the free datum.
 void add_points(const FreePrecision& free, std::size_t number, std::vector<Matrix3d>& all) {
   const Batch& batch = free.layout.batches[number];
   const EliminatedBatch& part = free.batches[number];
@@ -42,7 +43,7 @@ void add_points(const FreePrecision& free, std::size_t number, std::vector<Matri
   }
   for (std::size_t g = batch.first; g < batch.last; ++g) {
     const Group& group = free.layout.groups[g];
-    if (group.block.body >= 0) continue;
+    if (group.block.body >= 0 || group.size > 3) continue;
     const Index column = free.locations[g].column;
     Matrix3d inner = Matrix3d::Identity();
     if (product.size() > 0)
@@ -171,6 +172,30 @@ int Precision::unknowns() const { return static_cast<int>(state_->free->layout.t
 
 Matrix3d Precision::point(int point) const { return position(Target::of_point(point)); }
 
+MatrixXd Precision::outline(int point) const {
+  const FreePrecision& free = *state_->free;
+  require_index(point, free.layout.points.size(), "point");
+  const auto& outline = free.network.points[point].outline;
+  const bool is_left_out = !free.layout.determined_point[point];
+  const Index size = outline ? 3 + unknowns_of(*outline) : 3;
+  require(outline && (is_left_out || free.layout.point_sizes[point] == size), "point", point,
+          "a point with an observed outline");
+  if (!is_left_out)
+    return state_->between(free.layout.points[point], size, free.layout.points[point], size);
+  MatrixXd unknown = MatrixXd::Zero(size, size);
+  unknown.diagonal().setConstant(std::numeric_limits<double>::infinity());
+  return unknown;
+}
+
+double Precision::outline_growth_sigma_px(int camera) const {
+  const FreePrecision& free = *state_->free;
+  require_index(camera, free.layout.cameras.size(), "camera");
+  const CameraBlock& block = free.layout.cameras[camera];
+  if (!block.has_growth) return 0;
+  const Index offset = block.offset + block.size() - 1;
+  return std::sqrt(std::max(0.0, state_->between(offset, 1, offset, 1)(0, 0)));
+}
+
 std::vector<Matrix3d> Precision::points() const {
   const FreePrecision& free = *state_->free;
   const NetworkLayout& layout = free.layout;
@@ -181,8 +206,9 @@ std::vector<Matrix3d> Precision::points() const {
     const Index offset = layout.points[i];
     if (!layout.determined_point[i]) {
       all[i] = unknown_covariance<3>();
-    } else if (offset != none && offset < layout.reduced) {
-      all[i] = state_->between(offset, 3, offset, 3);
+    } else if (offset != none && (offset < layout.reduced || layout.point_sizes[i] > 3)) {
+      const Index size = layout.point_sizes[i];
+      all[i] = state_->between(offset, size, offset, size).topLeftCorner<3, 3>();
     } else if (offset != none) {
       const MatrixXd h = state_->h.middleRows<3>(offset), k = state_->qb.middleRows<3>(offset);
       const Matrix3d block = all[i] + datum_part(h, k, state_->bqb, h, k);

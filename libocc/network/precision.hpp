@@ -45,6 +45,11 @@ class LIBOCC_API Precision {
   Eigen::Matrix3d point(int point) const;
   /// Covariances of all points, in their order.
   std::vector<Eigen::Matrix3d> points() const;
+  /// Covariance of a point's position [m], the rotation of its outline [rad], about its x and y
+  /// axes if it is round, else about the world's, and the logarithms of its sizes: 6 x 6 or 8 x 8.
+  /// Infinite for a point that was left out. Throws std::invalid_argument for a point without an
+  /// observed outline.
+  Eigen::MatrixXd outline(int point) const;
   /// Covariance of a target's position [m^2].
   Eigen::Matrix3d position(const Target& target) const;
   /// Joint covariance of two positions.
@@ -73,6 +78,8 @@ class LIBOCC_API Precision {
   /// Covariance and correlation of a camera's free parameters, in the order of
   /// NetworkCamera::free_parameters.
   Eigen::MatrixXd parameters(int camera) const;
+  /// Standard deviation of NetworkCamera::outline_growth_px; 0 if it is known.
+  double outline_growth_sigma_px(int camera) const;
   /// Correlation coefficients, -1 to 1; order as parameters().
   Eigen::MatrixXd parameter_correlation(int camera) const;
 

@@ -9,6 +9,18 @@ namespace occ::internal::network {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
+namespace {
+
+/// x = L^-T x.
+void divide_by_transposed(const SmallMatrix& lower, Eigen::Ref<VectorXd> x) {
+  for (Index c = lower.rows(); c-- > 0;) {
+    for (Index r = c + 1; r < lower.rows(); ++r) x[c] -= lower(r, c) * x[r];
+    x[c] /= lower(c, c);
+  }
+}
+
+}  // namespace
+
 ReducedSystem::ReducedSystem(const NormalEquations& normal, const MatrixXd& gauge) {
   const Index n = normal.reduced.rows();
   if (n == 0) return;
@@ -77,6 +89,41 @@ MatrixXd ReducedSystem::covariance() const {
   if (null_.cols() > 0) core::subtract_square(null_, q);
   return scale_.asDiagonal() * q.selfadjointView<Eigen::Lower>().toDenseMatrix() *
          scale_.asDiagonal();
+}
+
+MatrixXd rows_in(const Batch& batch, const MatrixXd& over_reduced) {
+  if (batch.rows.empty()) return over_reduced;
+  MatrixXd rows(static_cast<Index>(batch.rows.size()), over_reduced.cols());
+  for (std::size_t k = 0; k < batch.rows.size(); ++k)
+    rows.row(static_cast<Index>(k)) = over_reduced.row(batch.rows[k]);
+  return rows;
+}
+
+VectorXd back_substitute(const NetworkLayout& layout, const NormalEquations& normal,
+                         const VectorXd& reduced_step) {
+  VectorXd step(layout.total);
+  step.head(layout.reduced) = reduced_step;
+  for (std::size_t b = 0; b < layout.batches.size(); ++b) {
+    const Batch& batch = layout.batches[b];
+    const EliminatedBatch& part = normal.batches[b];
+    VectorXd x = part.y;
+    if (layout.reduced > 0) x.noalias() -= part.w.transpose() * rows_in(batch, reduced_step).col(0);
+    Index column = 0;
+    for (std::size_t g = batch.first; g < batch.last; ++g) {
+      const Group& group = layout.groups[g];
+      auto own = x.segment(column, group.size);
+      divide_by_transposed(part.factors[g - batch.first], own);
+      step.segment(group.offset, group.size) = own;
+      column += group.size;
+    }
+  }
+  return step;
+}
+
+double decrement_squared(const NormalEquations& normal, const VectorXd& reduced_step) {
+  double sum = normal.rhs.dot(reduced_step);
+  for (const EliminatedBatch& batch : normal.batches) sum += batch.y.squaredNorm();
+  return sum;
 }
 
 }  // namespace occ::internal::network

@@ -125,4 +125,32 @@ void PlacedTags::add_to(KnownLengths& lengths, double size_m) const {
   }
 }
 
+std::optional<std::pair<double, double>> scale_by_odometry(
+    const std::vector<SurveyPicture>& pictures, const LampMap& map, double path_sigma) {
+  std::vector<const PlacedPicture*> placed;
+  for (const PlacedPicture& picture : map.placed)
+    if (pictures[picture.picture].odometry_m) placed.push_back(&picture);
+  std::stable_sort(placed.begin(), placed.end(),
+                   [](const auto* a, const auto* b) { return a->picture < b->picture; });
+  std::vector<double> driven, mapped;
+  double product = 0, squares = 0;
+  for (std::size_t i = 1; i < placed.size(); ++i) {
+    driven.push_back(
+        (*pictures[placed[i]->picture].odometry_m - *pictures[placed[i - 1]->picture].odometry_m)
+            .norm());
+    mapped.push_back((placed[i]->cam_from_map.origin_in_source() -
+                      placed[i - 1]->cam_from_map.origin_in_source())
+                         .norm());
+    product += driven.back() * mapped.back();
+    squares += square(mapped.back());
+  }
+  if (!(product > 0) || !(squares > 0)) return std::nullopt;
+  const double scale = product / squares;
+  double residuals = 0;
+  for (std::size_t i = 0; i < driven.size(); ++i)
+    residuals += square(driven[i] - scale * mapped[i]);
+  const double dof = std::max(1.0, static_cast<double>(driven.size()) - 1);
+  return std::pair(scale, std::hypot(path_sigma, std::sqrt(residuals / dof / squares) / scale));
+}
+
 }  // namespace occ::internal::survey

@@ -245,11 +245,14 @@ Vector2d LampBlock::centre_correction(const BlockLamp& lamp, const Rigid3& pose)
 
 void LampBlock::adjust_again() {
   const Network before = network_;
+  std::vector<bool> has_rim(network_.observations.size(), false);  // its centre is that of the rim
+  for (const OutlineObservation& rim : network_.outlines) has_rim[rim.observation] = true;
   AdjustOptions options;
   options.threads = threads_;
   for (int round = 0; round < 2; ++round) {  // the second has centres corrected by the shapes
     update_lamps();
-    for (ImageObservation& observation : network_.observations) {
+    for (std::size_t i = 0; i < network_.observations.size(); ++i) {
+      ImageObservation& observation = network_.observations[i];
       const int picture = picture_of_image_[observation.image];
       const std::vector<int>& lamps = lamp_of_blob_[picture];
       const auto lamp =
@@ -259,6 +262,7 @@ void LampBlock::adjust_again() {
       const auto blob = std::find(lamps.begin(), lamps.end(), index);
       if (blob == lamps.end()) continue;
       observation.used = true;
+      if (has_rim[i]) continue;
       observation.pixel =
           pictures_[picture].blobs[blob - lamps.begin()].centroid_px +
           centre_correction(lamps_[index], network_.cam_from_world(observation.image));

@@ -174,7 +174,7 @@ ShapeOfViews shape_of_views(const Vector3d& centre, LampShape shape,
           std::sqrt(rim.blob->ellipse.semi_major_px * rim.blob->ellipse.semi_minor_px));
     lamp.size_sigma = std::hypot(lamp.size_sigma, saturated_growth_px / median(radii_px));
   }
-  if (found.is_fitted) found.size = is_disc ? lamp.radius_m : std::sqrt(lamp.size_m.prod() / pi);
+  if (found.is_fitted) found.size = size_of(lamp);
   return found;
 }
 

@@ -191,15 +191,32 @@ class SurveyRun {
     Similarity shift;
     shift.translation = -origin_of(growing_, order_);
     growing_.transform(shift);
-    Result<Adjustment> adjusted = growing_.adjust_all(known_lengths());
-    if (scale_source_ == SurveyScale::free) {  // the adjustment has changed it slightly
+    Result<Adjustment> adjusted = adjust_with_rims();
+    if (!adjusted.ok()) return adjusted;
+    // The adjustment has changed a scale that it does not observe.
+    if (scale_source_ == SurveyScale::free || scale_source_ == SurveyScale::radius) {
       Similarity similarity;
-      similarity.scale = world_frame(growing_, order_).scale;
+      similarity.scale = scale_source_ == SurveyScale::free ? world_frame(growing_, order_).scale
+                                                            : *scale_by_radius();
       growing_.transform(similarity);
       adjusted.value.network = transformed(adjusted.value.network, similarity);
     }
+    if (scale_source_ == SurveyScale::radius) check_radii();
     warnings_.insert(warnings_.end(), notes_of_tags_.begin(), notes_of_tags_.end());
     return adjusted;
+  }
+
+  /// Adjusts with the rims as observations. They are linear about the result so far, which the
+  /// second adjustment has from the first.
+  Result<Adjustment> adjust_with_rims() {
+    growing_.set_rims(true);
+    Result<Adjustment> adjusted = growing_.adjust_all(known_lengths());
+    if (adjusted.ok()) adjusted = growing_.adjust_all(known_lengths());
+    if (adjusted.ok()) return adjusted;
+    warnings_.push_back("the rims of the lamps are not used, only their centres: " +
+                        adjusted.message);
+    growing_.set_rims(false);
+    return growing_.adjust_all(known_lengths());
   }
 
   double distance(const LampDistance& measured) const {
@@ -234,27 +251,15 @@ class SurveyRun {
       scale_sigma_ = tags.scale_sigma();
       scale_source_ = SurveyScale::tags;
     } else if (options_.radius_m) {
-      std::vector<double> sizes, sigmas;
-      for (const int lamp : order_)
-        if (const auto& shape = growing_.shapes()[lamp])
-          if (shape->shape == LampShape::disc) {
-            sizes.push_back(shape->radius_m);
-            sigmas.push_back(shape->size_sigma);
-          }
-      if (sizes.empty()) {
+      const auto scale = scale_by_radius();
+      if (!scale) {
         warnings_.push_back("radius_m: no lamp of the map is a disc; the scale is free");
         return;
       }
-      similarity.scale = *options_.radius_m / median(sizes);
-      // Errors of the rims are common to the lamps of one kind, and do not average out.
-      scale_sigma_ = std::hypot(options_.radius_sigma, median(sigmas));
+      similarity.scale = *scale;
       scale_source_ = SurveyScale::radius;
-      const auto [low, high] = std::minmax_element(sizes.begin(), sizes.end());
-      constexpr double max_spread = 0.05;  // larger than errors of rims: two kinds of lamps
-      if (*high / *low - 1 > max_spread)
-        warnings_.push_back("the lamps' radii differ by " + percent(*high / *low - 1) +
-                            "; the scale assumes that their median is the given radius");
-    } else if (const auto scale = scale_by_odometry()) {
+    } else if (const auto scale = internal::survey::scale_by_odometry(pictures_, growing_.map(),
+                                                                      options_.odometry_sigma)) {
       similarity.scale = scale->first;
       scale_sigma_ = scale->second;
       scale_source_ = SurveyScale::odometry;
@@ -262,39 +267,38 @@ class SurveyRun {
     growing_.transform(similarity);
   }
 
+  /// Scale by the radius of the discs, with its sigma; nothing without discs.
+  std::optional<double> scale_by_radius() {
+    std::vector<double> sizes, sigmas;
+    for (const int lamp : order_)
+      if (const auto& shape = growing_.shapes()[lamp])
+        if (shape->shape == LampShape::disc) {
+          sizes.push_back(shape->radius_m);
+          sigmas.push_back(shape->size_sigma);
+        }
+    if (sizes.empty()) return std::nullopt;
+    // Errors of the rims are common to the lamps of one kind, and do not average out.
+    scale_sigma_ = std::hypot(options_.radius_sigma, median(sigmas));
+    return *options_.radius_m / median(sizes);
+  }
+
+  void check_radii() {
+    double low = infinity, high = 0;
+    for (const int lamp : order_)
+      if (const auto& shape = growing_.shapes()[lamp])
+        if (shape->shape == LampShape::disc) {
+          low = std::min(low, shape->radius_m);
+          high = std::max(high, shape->radius_m);
+        }
+    constexpr double max_spread = 0.05;  // larger than errors of rims: two kinds of lamps
+    if (high > (1 + max_spread) * low)
+      warnings_.push_back("the lamps' radii differ by " + percent(high / low - 1) +
+                          "; the scale assumes that their median is the given radius");
+  }
+
   internal::survey::PlacedTags placed_tags() {
     notes_of_tags_.clear();
     return {pictures_, growing_.map(), camera_, notes_of_tags_};
-  }
-
-  /// Scale and its relative standard deviation, by least squares over the distances between
-  /// consecutive pictures with odometry; nothing without two of them.
-  std::optional<std::pair<double, double>> scale_by_odometry() const {
-    std::vector<const PlacedPicture*> placed;
-    for (const PlacedPicture& picture : growing_.map().placed)
-      if (pictures_[picture.picture].odometry_m) placed.push_back(&picture);
-    std::stable_sort(placed.begin(), placed.end(),
-                     [](const auto* a, const auto* b) { return a->picture < b->picture; });
-    std::vector<double> driven, mapped;
-    double product = 0, squares = 0;
-    for (std::size_t i = 1; i < placed.size(); ++i) {
-      driven.push_back((*pictures_[placed[i]->picture].odometry_m -
-                        *pictures_[placed[i - 1]->picture].odometry_m)
-                           .norm());
-      mapped.push_back((placed[i]->cam_from_map.origin_in_source() -
-                        placed[i - 1]->cam_from_map.origin_in_source())
-                           .norm());
-      product += driven.back() * mapped.back();
-      squares += square(mapped.back());
-    }
-    if (!(product > 0) || !(squares > 0)) return std::nullopt;
-    const double scale = product / squares;
-    double residuals = 0;
-    for (std::size_t i = 0; i < driven.size(); ++i)
-      residuals += square(driven[i] - scale * mapped[i]);
-    const double dof = std::max(1.0, static_cast<double>(driven.size()) - 1);
-    return std::pair(
-        scale, std::hypot(options_.odometry_sigma, std::sqrt(residuals / dof / squares) / scale));
   }
 
   KnownLengths known_lengths() {
@@ -322,6 +326,7 @@ class SurveyRun {
 
   Result<Survey> result_of(const Result<Adjustment>& adjusted);
   void set_light(SurveyedLamp& surveyed, int lamp) const;
+  static void note_growth(Survey& survey);
   static void normalise_power(std::vector<SurveyedLamp>& lamps);
   void note_blobs(Survey& survey) const;
   void note_rejections(Survey& survey) const;
@@ -355,6 +360,7 @@ Result<Survey> SurveyRun::result_of(const Result<Adjustment>& adjusted) {
   survey.warnings.insert(survey.warnings.end(), warnings_.begin(), warnings_.end());
   note_pictures(survey);
   if (!adjusted.ok()) return result;
+  note_growth(survey);
   for (std::size_t image = 0; image < growing_.map().placed.size(); ++image)
     survey.image_of_picture[growing_.map().placed[image].picture] = static_cast<int>(image);
   std::set<int> ids;
@@ -380,6 +386,20 @@ Result<Survey> SurveyRun::result_of(const Result<Adjustment>& adjusted) {
   note_blobs(survey);
   note_rejections(survey);
   return result;
+}
+
+/// A growth of all rims that blur and noise do not give is one of the response of the camera.
+void SurveyRun::note_growth(Survey& survey) {
+  constexpr double min_growth_px = 0.15;  // three times the error of a known response
+  const double growth = survey.adjustment.network.cameras[0].outline_growth_px;
+  if (std::abs(growth) < min_growth_px) return;
+  std::ostringstream text;
+  text.precision(2);
+  text << "the rims of all lamps are " << std::abs(growth) << " px too "
+       << (growth > 0 ? "large" : "small")
+       << ", which the map allows for: improve exposure or focus, or state the response of the "
+          "camera (sensor.response)";
+  survey.warnings.push_back(text.str());
 }
 
 void SurveyRun::set_light(SurveyedLamp& surveyed, int lamp) const {

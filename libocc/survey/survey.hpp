@@ -2,9 +2,8 @@
 // Map of lamps from pictures of them, without a map and without known poses. One calibrated camera
 // takes the pictures from unknown places, in any order.
 //
-// 1. The rim of a lamp gives its direction and its distance in units of the lamp's size, so that
-// one
-//    picture gives a constellation of lamps up to scale. Lamps are assumed to be of one size within
+// 1. The rim of a lamp gives its direction and its distance in units of the lamp's size, and one
+//    picture a constellation of lamps up to scale. Lamps are assumed to be of one size within
 //    `size_spread` for this step only.
 // 2. Pictures are joined to the map of the first one by rigid motions of constellations. A picture
 //    joins if a match as good is not expected by chance, and if no other motion matches as well
@@ -13,6 +12,9 @@
 //    centre of its image, corrected to the projection of the lamp's centre. Sizes and normals
 //    follow from the rims.
 // 4. Pictures that were held back are matched with the adjusted map, and all are adjusted again.
+// 5. In the last adjustments, whole rims of discs and rectangles are observations unless they are
+//    over-exposed (internal/observed_rim.hpp): sizes, normals, places and poses are estimated
+//    together, with one growth of all rims (NetworkCamera::outline_growth_px).
 //
 // Lamps without rims are mapped if tracks of a recording or ids that lamps transmit show which
 // blobs are one lamp: the start is then the relative orientation of two pictures with four such

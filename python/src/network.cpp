@@ -275,6 +275,16 @@ void define_reading(py::class_<Network>& network) {
           "Scale of each body.")
       .def_property_readonly("observations", &rows_of_observations,
                              "(n, 9) image, point, body, corner, x, y [px], their sigmas, used.")
+      .def_property_readonly(
+          "outlines",
+          [](const Network& n) {
+            std::vector<int> observations;
+            for (const OutlineObservation& outline : n.outlines)
+              observations.push_back(outline.observation);
+            return observations;
+          },
+          "Indices of the observations that are centres of observed outlines, as the rims of lamps "
+          "in a survey are.")
       .def(
           "position_m", [](const Network& n, const Target& t) { return n.position_m(t); },
           py::arg("target"), "Returns the position of a target (3,) [m].")

@@ -10,6 +10,7 @@ from survey_support import rendered_pictures
 import libocc as occ
 from libocc import samples
 from libocc.cli.poses import upward_pose
+from libocc.network.files import network_files
 from libocc.network.starts import similarity
 
 PLACES = [(1.7, 2.1, 0.5, 10), (2.3, 1.8, 0.4, 90), (1.9, 2.4, 0.6, 200), (2.2, 2.2, 0.2, 300), (1.6, 1.8, 0.3, 140)]
@@ -58,6 +59,14 @@ def test_a_survey_has_all_lamps_and_their_errors(surveyed, room):
         assert 0 < np.max(lamp.position_sigma_m) < 5e-3
     assert 1e-4 < scene.map_scale_sigma < 1e-2
     assert "  - \"the scale is that of the given radius" in scene.format()
+
+
+def test_the_rims_are_observations_which_a_network_file_does_not_hold(surveyed):
+    network = surveyed.network
+    assert len(network.outlines) > 0.8 * len(network.observations)
+    assert max(network.outlines) < len(network.observations)
+    text = network_files(network)["network.yaml"].decode()
+    assert f"# {len(network.outlines)} outlines about points are not in this file." in text
 
 
 def test_the_map_locates_other_pictures(surveyed, room):

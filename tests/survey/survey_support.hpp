@@ -70,14 +70,16 @@ inline std::vector<Eigen::Vector2d> corners_of(const Lamp& lamp, const Rigid3& p
   return corners;
 }
 
-/// Blobs of the lamps that are whole in the image, with the ellipse of their rims.
+/// Blobs of the lamps that are whole in the image, with the ellipse of their rims. `noise_px`:
+/// standard deviation of a centre, per axis, as it follows from the noise of the rim.
 inline MadePicture make_picture(const Scene& scene, const Rigid3& pose, const std::string& name,
                                 double noise_px, Random& random) {
   MadePicture made;
   made.picture.name = name;
   made.pose = pose;
   for (std::size_t i = 0; i < scene.lamps.size(); ++i) {
-    const auto rim = project_rim(scene.lamps[i], pose, scene.camera, 40);
+    constexpr int rim_points = 40;
+    const auto rim = project_rim(scene.lamps[i], pose, scene.camera, rim_points);
     if (!rim) continue;
     bool whole = true;
     for (const auto& px : *rim)
@@ -85,14 +87,22 @@ inline MadePicture make_picture(const Scene& scene, const Rigid3& pose, const st
               px.y() < scene.camera.height() - 2;
     if (!whole) continue;
     Blob blob;
-    const double centre_sigma = std::max(noise_px, 1e-6);
-    blob.centroid_px = project_lamp_centre(scene.lamps[i], pose, scene.camera).value() +
-                       noise_2d(random, noise_px);
-    blob.covariance_px2 = square(centre_sigma) * Eigen::Matrix2d::Identity();
-    blob.rim = exact_rim(scene.lamps[i], pose, scene.camera, 40, 0.1, 0);
+    blob.centroid_px = project_lamp_centre(scene.lamps[i], pose, scene.camera).value();
+    blob.rim = exact_rim(scene.lamps[i], pose, scene.camera, rim_points,
+                         std::max(noise_px, 1e-6) * std::sqrt(rim_points / 2.0), 0);
     Eigen::Matrix2d moments = Eigen::Matrix2d::Zero();
     Eigen::Vector2d low = rim->front(), high = low;
-    for (RimPoint& point : blob.rim) point.px += noise_px * random.normal() * point.normal;
+    const double rim_noise_px = noise_px * std::sqrt(rim_points / 2.0);
+    Eigen::Matrix2d normals = Eigen::Matrix2d::Zero();
+    Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+    for (RimPoint& point : blob.rim) {
+      const double error = rim_noise_px * random.normal();
+      point.px += error * point.normal;
+      normals += point.normal * point.normal.transpose();
+      sum += error * point.normal;
+    }
+    blob.centroid_px += normals.inverse() * sum;
+    blob.covariance_px2 = square(std::max(rim_noise_px, 1e-6)) * normals.inverse();
     for (const auto& px : *rim) {
       moments += (px - blob.centroid_px) * (px - blob.centroid_px).transpose() / 20.0;
       low = low.cwiseMin(px);

@@ -25,6 +25,9 @@ struct NetworkState {
   std::vector<Rigid3> stations, mounts, bodies;
   std::vector<Eigen::Vector3d> points;
   std::vector<double> scales;  ///< one per body
+  /// One per point, if any has an outline; those of points without one have no meaning.
+  std::vector<NetworkOutline> outlines;
+  std::vector<double> growths;  ///< outline_growth_px of each camera
 
   explicit NetworkState(const Network& network);
   void write_to(Network& network) const;
@@ -34,12 +37,16 @@ struct NetworkState {
 Network without_observations(const Network& network);
 
 constexpr Index none = -1;
-constexpr int max_columns = Camera::max_parameters + 12;  ///< unknowns of an image
-constexpr int max_group = 7;                              ///< unknowns of a body with a free scale
+constexpr int max_columns = Camera::max_parameters + 13;  ///< unknowns of an image
+constexpr int max_group = 8;  ///< unknowns of a point with an outline that is not round
 
+/// Free parameters of a camera, followed by the growth of its outlines.
 struct CameraBlock {
   Index offset = none;
   std::vector<ParameterColumns> columns;  ///< free parameters
+  bool has_growth = false;
+
+  int size() const { return static_cast<int>(columns.size()) + has_growth; }
 };
 
 /// Unknowns of an image: up to three segments (camera, mount, station).
@@ -58,6 +65,12 @@ struct Group {
   std::vector<int> observations;
 };
 
+/// Unknowns of an outline: two or three rotations, and one or two logarithms of sizes.
+inline int rotations_of(const NetworkOutline& outline) { return outline.is_round ? 2 : 3; }
+inline int unknowns_of(const NetworkOutline& outline) { return outline.is_round ? 3 : 5; }
+/// World axes of its rotations (3 x 2 or 3 x 3).
+Eigen::Matrix3Xd rotation_axes(const NetworkOutline& outline);
+
 struct Batch {
   std::size_t first = 0, last = 0;  ///< groups [first, last)
   Index columns = 0;
@@ -70,6 +83,8 @@ struct NetworkLayout {
   std::vector<ImageBlock> images;
   std::vector<Index> mounts, stations, points, bodies;  ///< first unknown among all, or none
   std::vector<int> body_sizes;                          ///< 6, or 7 with a free scale
+  std::vector<int> point_sizes;                         ///< 3, or 6 or 8 with an outline
+  std::vector<int> outline_of;  ///< outline of each image observation or none; empty: no outlines
   Index reduced = 0, total = 0;
   std::vector<Group> groups;
   std::vector<Batch> batches;
@@ -81,13 +96,21 @@ struct NetworkLayout {
   Index offset_of(const Target& target) const {
     return target.body < 0 ? points[target.point] : bodies[target.body];
   }
-  int size_of(const Target& target) const { return target.body < 0 ? 3 : body_sizes[target.body]; }
+  int size_of(const Target& target) const {
+    return target.body < 0 ? point_sizes[target.point] : body_sizes[target.body];
+  }
+  /// Outline of an image observation; nothing if it has none, or if its outline is not unknown.
+  const OutlineObservation* outline(const Network& network, int observation) const {
+    if (outline_of.empty() || outline_of[observation] < 0) return nullptr;
+    return &network.outlines[outline_of[observation]];
+  }
 };
 
 NetworkLayout layout_of(const Network& network);
 
 /// Position of a target [m], and its derivative with respect to the target's own unknowns. Those of
-/// a body: rotation vector about its origin, translation, logarithm of the scale.
+/// a body: rotation vector about its origin, translation, logarithm of the scale. Those of a point:
+/// position, then rotation and logarithms of the sizes of its outline.
 Eigen::Vector3d target_position(const Network& network, const NetworkState& state,
                                 const Target& target);
 Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::ColMajor, 3, max_group> target_jacobian(

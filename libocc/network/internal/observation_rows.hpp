@@ -43,7 +43,8 @@ struct ObservationRows {
   int width = 0, size = 0;  ///< number of columns of a and of b
 };
 
-/// Residual (projected - observed) / sigma; false when the target is not in view.
+/// Residual (projected - observed) / sigma; false when the target is not in view. The displacement
+/// of an outline's centre is not in it: it is small near the reference.
 bool residual_of(const Network& network, const NetworkState& state,
                  const ImageObservation& observation, double r[2]);
 

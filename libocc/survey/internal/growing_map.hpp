@@ -56,6 +56,9 @@ class GrowingMap {
   /// component), for the next one; without enough redundancy they are kept.
   void estimate_model_sigma(const Adjustment& adjustment);
   double model_sigma_px() const { return model_sigma_px_; }
+  /// Makes the rims of lamps with a shape observations of later adjustments, or their centres
+  /// alone.
+  void set_rims(bool used) { with_rims_ = used; }
   /// Gives unassigned blobs of placed pictures the adjusted lamp at their place, and joins lamps
   /// that are one. Returns the number of changes.
   int reassign();
@@ -104,7 +107,9 @@ class GrowingMap {
   Network network_of(const KnownLengths& lengths);
   Eigen::Vector2d centre_correction(int lamp, const Rigid3& pose) const;
   void update_from(const Adjustment& adjustment);
-  void update_shapes();
+  void add_rim(const PlacedPicture& placed, int blob, Network& network,
+               ImageObservation& observation) const;
+  void update_shapes(const Network& network);
 
   const std::vector<SurveyPicture>& input_;
   const Camera& camera_;
@@ -120,6 +125,7 @@ class GrowingMap {
   std::vector<int> point_of_lamp_;
   std::optional<Precision> precision_;  // of the last adjustment
   bool joined_lamps_ = false;           // since the last adjustment
+  bool with_rims_ = false;
   std::vector<std::optional<Lamp>> shapes_;
   std::vector<std::string> reasons_;
   std::vector<bool> ambiguous_;

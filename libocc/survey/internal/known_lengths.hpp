@@ -4,6 +4,7 @@
 
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "libocc/core/abi.hpp"
@@ -43,5 +44,11 @@ class PlacedTags {
   };
   std::vector<Tag4> tags_;
 };
+
+/// Scale of the map and its relative standard deviation, by least squares over the distances
+/// between consecutive pictures with odometry; nothing without two of them. path_sigma: relative
+/// error of the length of a path.
+std::optional<std::pair<double, double>> scale_by_odometry(
+    const std::vector<SurveyPicture>& pictures, const LampMap& map, double path_sigma);
 
 }  // namespace occ::internal::survey

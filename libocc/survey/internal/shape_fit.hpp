@@ -5,11 +5,13 @@
 // variance of each point, multiplied by their number, so that it does not average out.
 #pragma once
 
+#include <cmath>
 #include <vector>
 
 #include "libocc/camera/camera.hpp"
 #include "libocc/core/abi.hpp"
 #include "libocc/core/blob.hpp"
+#include "libocc/core/math.hpp"
 #include "libocc/geometry/rigid.hpp"
 #include "libocc/scene/lamp.hpp"
 #include "libocc/survey/internal/lamp_view.hpp"
@@ -33,10 +35,15 @@ struct ViewInPicture {
   Rigid3 cam_from_world;
 };
 
+/// Radius of a disc, or of the disc with the area of a rectangle.
+inline double size_of(const Lamp& lamp) {
+  return lamp.shape == LampShape::disc ? lamp.radius_m : std::sqrt(lamp.size_m.prod() / pi);
+}
+
 /// Result of shape_of_views().
 struct ShapeOfViews {
   Lamp lamp;               ///< centre, shape, size, normal; with errors if is_fitted
-  double size = 1;         ///< radius of a disc, or of the disc with the area of a rectangle
+  double size = 1;         ///< size_of() the lamp
   bool is_fitted = false;  ///< false: start values, the rims do not determine the shape
 };
 
