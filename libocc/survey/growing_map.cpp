@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numeric>
 
 #include "libocc/core/internal/dense.hpp"
@@ -17,15 +18,38 @@ using Eigen::Matrix3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
+namespace {
+
+/// Standard deviations of the parameters that are not exact.
+std::map<std::string, double> sigmas_of(const Camera& camera) {
+  if (const auto independent = camera.independent_sigmas()) return *independent;
+  std::map<std::string, double> sigmas;
+  const std::vector<CameraParameter> parameters = camera.parameters();
+  const Eigen::VectorXd variances = camera.parameter_covariance().diagonal();
+  for (std::size_t k = 0; k < parameters.size(); ++k)
+    if (variances[static_cast<Eigen::Index>(k)] > 0)
+      sigmas[parameters[k].name] = std::sqrt(variances[static_cast<Eigen::Index>(k)]);
+  return sigmas;
+}
+
+}  // namespace
+
 GrowingMap::GrowingMap(const std::vector<SurveyPicture>& pictures, const Camera& camera,
                        const SurveyOptions& options, const SurveyCallback& progress)
     : input_(pictures),
+      given_camera_(camera),
       camera_(camera),
       options_(options),
       progress_(progress),
       links_(pictures, link_notes_),
       model_sigma_px_(options.model_sigma_px),
       reasons_(pictures.size()) {
+  if (options.calibrate_camera) {
+    for (const auto& [name, sigma] : sigmas_of(camera)) {
+      free_parameters_.push_back(name);
+      priors_.push_back({0, name, free_parameter(camera, name).value, sigma});
+    }
+  }
   for (const SurveyPicture& picture : pictures) {
     PictureViews views;
     views.blobs = &picture.blobs;
@@ -41,6 +65,7 @@ GrowingMap::GrowingMap(const std::vector<SurveyPicture>& pictures, const Camera&
 
 void GrowingMap::clear() {
   map_ = {};
+  camera_ = given_camera_;
   shapes_.clear();
   point_of_lamp_.clear();
   precision_.reset();

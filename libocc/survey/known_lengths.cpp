@@ -125,6 +125,19 @@ void PlacedTags::add_to(KnownLengths& lengths, double size_m) const {
   }
 }
 
+std::optional<Radii> radii_of(const std::vector<std::optional<Lamp>>& shapes,
+                              const std::vector<int>& lamps) {
+  std::vector<double> radii, sigmas;
+  for (const int lamp : lamps)
+    if (shapes[lamp] && shapes[lamp]->shape == LampShape::disc) {
+      radii.push_back(shapes[lamp]->radius_m);
+      sigmas.push_back(shapes[lamp]->size_sigma);
+    }
+  if (radii.empty()) return std::nullopt;
+  const auto [smallest, largest] = std::minmax_element(radii.begin(), radii.end());
+  return Radii{median(radii), *smallest, *largest, median(sigmas)};
+}
+
 std::optional<std::pair<double, double>> scale_by_odometry(
     const std::vector<SurveyPicture>& pictures, const LampMap& map, double path_sigma) {
   std::vector<const PlacedPicture*> placed;

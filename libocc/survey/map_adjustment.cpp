@@ -70,7 +70,8 @@ Vector2d GrowingMap::centre_correction(int lamp, const Rigid3& pose) const {
 
 Network GrowingMap::network_of(const KnownLengths& lengths) {
   Network network;
-  network.cameras.push_back({"camera", camera_, {}, 0, rim_growth_sigma_px});
+  network.cameras.push_back({"camera", camera_, free_parameters_, 0, rim_growth_sigma_px});
+  network.parameter_priors = priors_;
   order_ = lamps_in_order();
   point_of_lamp_.assign(map_.lamps.size(), -1);
   for (std::size_t id = 0; id < order_.size(); ++id) {
@@ -115,7 +116,8 @@ void GrowingMap::add_rim(const PlacedPicture& placed, int blob, Network& network
   if (!is_of_shape || seen.saturated ||
       !(shapes_[lamp]->tilt_sigma_rad.value_or(infinity) < max_tilt_sigma_rad))
     return;
-  auto rim = observed_rim(*shapes_[lamp], seen, placed.cam_from_map, camera_, model_sigma_px_);
+  auto rim = observed_rim(*shapes_[lamp], seen, placed.cam_from_map, camera_, model_sigma_px_,
+                          !free_parameters_.empty());
   if (!rim) return;
   observation.pixel = rim->centre_px;
   observation.sigma_px = rim->sigma_px;
@@ -170,6 +172,12 @@ void GrowingMap::update_from(const Adjustment& adjustment) {
   precision_.reset();
   const double factor = square(std::max(1.0, adjustment.sigma0));
   if (known.ok()) precision_ = known->scaled(factor);
+  if (known.ok() && !free_parameters_.empty()) {
+    camera_ = network.cameras[0].camera;
+    const Eigen::MatrixXd by_free = free_parameter_directions(camera_, free_parameters_);
+    camera_ = camera_.with_parameter_covariance(by_free * precision_->parameters(0) *
+                                                by_free.transpose());
+  }
   for (std::size_t lamp = 0; lamp < map_.lamps.size(); ++lamp) {
     if (point_of_lamp_[lamp] < 0) continue;
     map_.lamps[lamp].position = network.points[point_of_lamp_[lamp]].position_m;

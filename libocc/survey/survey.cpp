@@ -78,10 +78,7 @@ class SurveyRun {
  public:
   SurveyRun(const std::vector<SurveyPicture>& pictures, const Camera& camera,
             const SurveyOptions& options, const SurveyCallback& progress)
-      : pictures_(pictures),
-        camera_(camera),
-        options_(options),
-        growing_(pictures, camera, options, progress) {}
+      : pictures_(pictures), options_(options), growing_(pictures, camera, options, progress) {}
 
   Result<Survey> run() {
     if (!choose_start()) return unmatched();
@@ -269,36 +266,24 @@ class SurveyRun {
 
   /// Scale by the radius of the discs, with its sigma; nothing without discs.
   std::optional<double> scale_by_radius() {
-    std::vector<double> sizes, sigmas;
-    for (const int lamp : order_)
-      if (const auto& shape = growing_.shapes()[lamp])
-        if (shape->shape == LampShape::disc) {
-          sizes.push_back(shape->radius_m);
-          sigmas.push_back(shape->size_sigma);
-        }
-    if (sizes.empty()) return std::nullopt;
-    // Errors of the rims are common to the lamps of one kind, and do not average out.
-    scale_sigma_ = std::hypot(options_.radius_sigma, median(sigmas));
-    return *options_.radius_m / median(sizes);
+    const auto radii = internal::survey::radii_of(growing_.shapes(), order_);
+    if (!radii) return std::nullopt;
+    scale_sigma_ = std::hypot(options_.radius_sigma, radii->sigma);
+    return *options_.radius_m / radii->median;
   }
 
   void check_radii() {
-    double low = infinity, high = 0;
-    for (const int lamp : order_)
-      if (const auto& shape = growing_.shapes()[lamp])
-        if (shape->shape == LampShape::disc) {
-          low = std::min(low, shape->radius_m);
-          high = std::max(high, shape->radius_m);
-        }
+    const auto radii = internal::survey::radii_of(growing_.shapes(), order_);
     constexpr double max_spread = 0.05;  // larger than errors of rims: two kinds of lamps
-    if (high > (1 + max_spread) * low)
-      warnings_.push_back("the lamps' radii differ by " + percent(high / low - 1) +
+    if (radii && radii->largest > (1 + max_spread) * radii->smallest)
+      warnings_.push_back("the lamps' radii differ by " +
+                          percent(radii->largest / radii->smallest - 1) +
                           "; the scale assumes that their median is the given radius");
   }
 
   internal::survey::PlacedTags placed_tags() {
     notes_of_tags_.clear();
-    return {pictures_, growing_.map(), camera_, notes_of_tags_};
+    return {pictures_, growing_.map(), growing_.camera(), notes_of_tags_};
   }
 
   KnownLengths known_lengths() {
@@ -332,7 +317,6 @@ class SurveyRun {
   void note_rejections(Survey& survey) const;
 
   const std::vector<SurveyPicture>& pictures_;
-  const Camera& camera_;
   const SurveyOptions& options_;
   GrowingMap growing_;
   std::vector<int> order_;
@@ -353,6 +337,7 @@ Result<Survey> SurveyRun::result_of(const Result<Adjustment>& adjusted) {
                      "; take more pictures that overlap";
   Survey& survey = result.value;
   survey.adjustment = adjusted.value;
+  survey.camera = growing_.camera();
   survey.scale = scale_source_;
   survey.scale_sigma = scale_sigma_;
   survey.model_sigma_px = growing_.model_sigma_px();
@@ -489,6 +474,8 @@ Result<Survey> survey(const std::vector<SurveyPicture>& pictures, const Camera& 
   }
   require(camera.is_central(), "camera", name_of(camera.kind()),
           "one with a single projection centre");
+  require(!options.calibrate_camera || !camera.is_exact(), "calibrate_camera", "true",
+          "used with a camera that states errors of its parameters");
   try {
     if (!options.ordered || options.row_time_s == 0)
       return SurveyRun(pictures, camera, options, progress).run();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Map of lamps from pictures of them, without a map and without known poses. One calibrated camera
+// Map of lamps from pictures of them, without a map and without known poses. One camera
 // takes the pictures from unknown places, in any order.
 //
 // 1. The rim of a lamp gives its direction and its distance in units of the lamp's size, and one
@@ -15,6 +15,9 @@
 // 5. In the last adjustments, whole rims of discs and rectangles are observations unless they are
 //    over-exposed (internal/observed_rim.hpp): sizes, normals, places and poses are estimated
 //    together, with one growth of all rims (NetworkCamera::outline_growth_px).
+//
+// The camera is known, or some of its parameters are estimated in all adjustments
+// (SurveyOptions::calibrate_camera).
 //
 // Lamps without rims are mapped if tracks of a recording or ids that lamps transmit show which
 // blobs are one lamp: the start is then the relative orientation of two pictures with four such
@@ -83,6 +86,9 @@ struct LIBOCC_API SurveyOptions {
   /// below 20. It is otherwise estimated from the residuals. It was up to 0.02 px in rendered and
   /// real pictures.
   double model_sigma_px = 0.02;
+  /// Estimates the parameters of the camera whose errors it states along with the map, with their
+  /// standard deviations as priors (Camera::independent_sigmas(); correlations are not used).
+  bool calibrate_camera = false;
   std::vector<LampDistance> distances;  ///< they determine the scale
   std::optional<double> radius_m;       ///< radius of all discs; determines the scale
   double radius_sigma = 0.01;           ///< its relative standard deviation
@@ -126,7 +132,9 @@ enum class SurveyScale {
 
 /// Result of survey().
 struct Survey {
-  Adjustment adjustment;            ///< points are named "lamp 7"; images have the pictures' names
+  Adjustment adjustment;  ///< points are named "lamp 7"; images have the pictures' names
+  /// That of the call, or with the estimated parameters and their covariance.
+  Camera camera = Camera::pinhole(640, 480, 500, 500, 319.5, 239.5);
   std::vector<SurveyedLamp> lamps;  ///< in the order of the network's points
   /// Image of the network for each picture; -1: not used.
   std::vector<int> image_of_picture;
@@ -157,8 +165,8 @@ using SurveyCallback = std::function<bool(const SurveyProgress&)>;
 /// rims; ambiguous: the lamps' arrangement is symmetric, so that no two pictures have a unique
 /// match, or two maps agree with tracks and ids alike; no_pose: no two pictures match;
 /// not_converged: `progress` stopped it; otherwise that of adjust(). Throws std::invalid_argument
-/// for options out of range, tracks that are not one per blob, and a distance whose lamps are not
-/// in the map.
+/// for options out of range, tracks that are not one per blob, a distance whose lamps are not
+/// in the map, and an exact camera that is to be calibrated.
 LIBOCC_API Result<Survey> survey(const std::vector<SurveyPicture>& pictures, const Camera& camera,
                                  const SurveyOptions& options = {},
                                  const SurveyCallback& progress = {});

@@ -391,6 +391,8 @@ void UpdateOptions::validate() const {
           "empty: the scale is that of the map");
   if (survey.radius_m)
     require(false, "survey.radius_m", *survey.radius_m, "omitted: the scale is that of the map");
+  require(!survey.calibrate_camera, "survey.calibrate_camera", "true",
+          "false: places are compared with a known camera");
   if (survey.tag_size_m)
     require(false, "survey.tag_size_m", *survey.tag_size_m,
             "omitted: the scale is that of the map");

@@ -33,7 +33,7 @@ namespace occ {
 /// Options of update_map().
 struct LIBOCC_API UpdateOptions {
   /// Options of the constellations. The scale is that of the map: distances, radius_m and
-  /// tag_size_m must not be set.
+  /// tag_size_m must not be set, and neither must calibrate_camera.
   SurveyOptions survey;
   /// Standard deviation, per axis, of the places of lamps whose errors the scene does not state.
   /// Lamps that were measured with a laser distance meter are accurate to some millimetres.

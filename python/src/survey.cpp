@@ -23,7 +23,10 @@ auto survey_fields() {
           field("max_log10_false_alarms", &O::max_log10_false_alarms,
                 "limit of the number of accidental matches as good, base-10 logarithm")),
       survey_error_fields(),
-      std::make_tuple(field("radius_m", &O::radius_m, "radius of all discs; determines the scale"),
+      std::make_tuple(field("calibrate_camera", &O::calibrate_camera,
+                            "estimates the camera's parameters that are not exact along, with "
+                            "their sigmas as priors (Survey.camera)"),
+                      field("radius_m", &O::radius_m, "radius of all discs; determines the scale"),
                       field("radius_sigma", &O::radius_sigma, "its relative standard deviation"),
                       field("odometry_sigma", &O::odometry_sigma,
                             "relative sigma of a path's length by odometry"),
@@ -78,6 +81,8 @@ void define_results(py::module_& m) {
       .def_property_readonly("model_sigma_px", value_of(&Survey::model_sigma_px),
                              "Estimated sigma, per axis, of the errors of a lamp's image beyond "
                              "its noise.")
+      .def_property_readonly("camera", value_of(&Survey::camera),
+                             "Camera of the call, or with estimated parameters and covariance.")
       .def_property_readonly("warnings", value_of(&Survey::warnings), "Contradictions to check.");
   survey
       .def_property_readonly(

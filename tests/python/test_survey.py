@@ -139,6 +139,24 @@ def test_the_command_writes_the_whole_folder(libocc, pictures, tmp_path):
     assert len(occ.Trajectory.load(out / "trajectory.tum").times_s) == 5
 
 
+def test_the_camera_is_calibrated_along(libocc, room, pictures, tmp_path):
+    # The true focal length is 330 px; the given one is 1.5 % too large.
+    wrong = room.camera.fx_px * 1.015
+    scene = room.format().replace("fx_px: 330", f"fx_px: {wrong}\n  parameter_sigmas: {{f_px: 7}}")
+    scene = scene.replace("fy_px: 330", f"fy_px: {wrong}")
+    assert scene.count(f"{wrong}") == 2
+    (tmp_path / "wrong.yaml").write_text(scene)
+    code, text, errors = libocc(
+        "survey", *pictures, "--camera", tmp_path / "wrong.yaml", "--calibrate-camera", "--radius", "0.085",
+        "--out", tmp_path / "out")
+    assert code == 0, errors
+    made = occ.Scene.load(tmp_path / "out" / "scene.yaml")
+    sigma_px = made.camera.parameter_covariance[0, 0] ** 0.5
+    assert sigma_px < 2
+    assert abs(made.camera.fx_px - room.camera.fx_px) < 3 * sigma_px
+    assert "f_px" in (tmp_path / "out" / "report.html").read_text()
+
+
 def test_parts_of_a_tag_are_no_lamps():
     from libocc.cli.survey.sources import Detector, Pictures
 
@@ -201,6 +219,8 @@ def test_frames_with_a_wrong_time_or_content_are_named(libocc, tmp_path):
         (["--radius", "0.1", "--tag-size", "0.1"], "give one of them"),
         (["--distance", "window", "lamp 1", "1", "0.001"], "must name lamps by their ids"),
         (["--distance", "lamp 0", "lamp 17", "1", "0.001"], "lamp of the map"),
+        (["--calibrate-camera"], "states no errors of the camera; add `parameter_sigmas`"),
+        (["--calibrate-camera", "--update", "irregular_six"], "not used with --update"),
     ],
 )
 def test_bad_input_is_named(libocc, pictures, tmp_path, options, message):

@@ -482,6 +482,9 @@ TEST(UpdateMap, NamesInvalidOptions) {
   options = {};
   options.false_alarm = 0;
   EXPECT_THROW(update_map({}, ten_lamps(), options), std::invalid_argument);
+  options = {};
+  options.survey.calibrate_camera = true;
+  EXPECT_THROW(update_map({}, ten_lamps(), options), std::invalid_argument);
 }
 
 TEST(UpdateMap, StatesThatTheMapHasNoErrors) {

@@ -59,6 +59,8 @@ class GrowingMap {
   /// Makes the rims of lamps with a shape observations of later adjustments, or their centres
   /// alone.
   void set_rims(bool used) { with_rims_ = used; }
+  /// Camera with the parameters of the last adjustment, and their covariance if they are estimated.
+  const Camera& camera() const { return camera_; }
   /// Gives unassigned blobs of placed pictures the adjusted lamp at their place, and joins lamps
   /// that are one. Returns the number of changes.
   int reassign();
@@ -112,7 +114,10 @@ class GrowingMap {
   void update_shapes(const Network& network);
 
   const std::vector<SurveyPicture>& input_;
-  const Camera& camera_;
+  const Camera given_camera_;
+  Camera camera_;
+  std::vector<std::string> free_parameters_;  // of the camera
+  std::vector<ParameterPrior> priors_;        // of these
   const SurveyOptions& options_;
   const SurveyCallback& progress_;
   std::vector<std::string> link_notes_;

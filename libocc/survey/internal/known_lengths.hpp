@@ -45,6 +45,18 @@ class PlacedTags {
   std::vector<Tag4> tags_;
 };
 
+/// Radii of discs in the unit of the map.
+struct Radii {
+  double median = 0, smallest = 0, largest = 0;
+  /// Relative standard deviation of the median: errors of the rims are common to the lamps of one
+  /// kind, and do not average out.
+  double sigma = 0;
+};
+
+/// Radii of the discs among some lamps; nothing without discs.
+std::optional<Radii> radii_of(const std::vector<std::optional<Lamp>>& shapes,
+                              const std::vector<int>& lamps);
+
 /// Scale of the map and its relative standard deviation, by least squares over the distances
 /// between consecutive pictures with odometry; nothing without two of them. path_sigma: relative
 /// error of the length of a path.

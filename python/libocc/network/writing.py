@@ -184,8 +184,8 @@ def network_files(
     """Network file and tables for read_network(), which returns the same network and datum.
 
     Observations and distances that are not used are omitted, and so are outlines (Network.outlines), which a comment in
-    the file says: an adjustment of the file has less information than one of the network. The corners of a body are written with its scale. The
-    corners' numbers, names, fixed elements, rigs, control points and priors are kept.
+    the file says: an adjustment of the file has less information than one of the network. The corners of a body are
+    written with its scale. The corners' numbers, names, fixed elements, rigs, control points and priors are kept.
     check_points: known positions [m] by the point's name, which are not used in the adjustment.
     Raises: ValueError for elements of a kind with the same name, or without one.
     """

@@ -67,6 +67,8 @@ def lamp_number(name: str) -> int:
 @click.argument("sources", nargs=-1, required=True, metavar="IMAGE...|FOLDER|VIDEO|BAG")
 @click.option("--camera", "camera_path", metavar="FILE.yaml",
               help="Camera file, or a scene whose camera and sensor are used; default with --update: that of the map.")
+@click.option("--calibrate-camera", is_flag=True,
+              help="Estimate the parameters of the camera whose errors its file states (parameter_sigmas) along.")
 @click.option("--update", "map_path", metavar="SCENE",
               help="Compare this map with the pictures: lamps that moved, are gone or new.")
 @click.option("--map-sigma", "map_sigma_m", type=click.FloatRange(0, min_open=True), metavar="M",
@@ -102,7 +104,7 @@ def lamp_number(name: str) -> int:
 @json_option
 @click.pass_context
 def command(
-    ctx: click.Context, sources: tuple[str, ...], camera_path: str | None, map_path: str | None,
+    ctx: click.Context, sources: tuple[str, ...], camera_path: str | None, calibrate_camera: bool, map_path: str | None,
     map_sigma_m: float | None, max_move_m: float | None, prior: occ.Prior,
     distance: tuple[tuple[str, str, float, float], ...], radius_m: float | None, radius_sigma: float,
     tag_size_m: float | None, family: str, odometry: str | None, odometry_sigma: float, ordered: bool,
@@ -141,6 +143,8 @@ def command(
         for name, value in scaled.items():
             if value:
                 raise Failure(f"{name}: is not used with --update: the scale is that of the map")
+        if calibrate_camera:
+            raise Failure("--calibrate-camera: is not used with --update: the places are compared with a known camera")
         options: dict[str, Any] = {"map_sigma_m": map_sigma_m, "max_move_m": max_move_m}
         run_update(
             ctx, sources, camera_path, map_path, given(prior), {k: v for k, v in options.items() if v is not None},
@@ -156,6 +160,11 @@ def command(
         raise Failure("--distance, --radius, --tag-size and --odometry: give one of them")
     distances = [(lamp_number(a), lamp_number(b), length_m, sigma_m) for a, b, length_m, sigma_m in distance]
     camera, scene_of_camera = camera_of(camera_path)
+    if calibrate_camera and camera.is_exact:
+        raise Failure(
+            f"--calibrate-camera: {camera_path} states no errors of the camera; add `parameter_sigmas` to it, such as "
+            f"{{f_px: {0.02 * camera.fx_px:.3g}}} for a focal length that is known to 2 %"
+        )
     sensor = None if scene_of_camera is None else scene_of_camera.sensor
     from ..survey.follow import follow, read_codes
     from ..survey.sources import Detector, is_recording, read_pictures
@@ -168,7 +177,7 @@ def command(
         read_codes(sources[0], detector, code, pictures, fps, topic)
     places = [] if odometry is None else places_of(odometry, pictures.times_s)
     options = {
-        "odometry_sigma": odometry_sigma,
+        "odometry_sigma": odometry_sigma, "calibrate_camera": calibrate_camera,
         "ordered": pictures.ordered, "radius_m": radius_m, "radius_sigma": radius_sigma, "tag_size_m": tag_size_m,
         "row_time_s": row_time_s if row_time_s is not None else 0.0 if sensor is None else sensor.row_time_s,
     }
@@ -193,7 +202,7 @@ def command(
             "kind": "survey", "pictures": list(sources), "camera": camera_path,
             "distances": [list(d) for d in distances], "odometry": odometry, **options,
         })
-        data, scene = write_survey(folder, found, camera, sensor, code, pictures.ordered, pictures.notes)
+        data, scene = write_survey(folder, found, found.camera, sensor, code, pictures.ordered, pictures.notes)
     if as_json:
         print_json(data)
     elif scene is not None:
