@@ -23,11 +23,11 @@ LEADER_RING = 2  # from this ring on, a line joins label and point
 
 @dataclass
 class Label:
-    """Text at a point of the axes, at least `reach` (in units of the axes) away from it."""
+    """Text at a point of the axes, at least `reach` (in units of the axes; also in x and in y) away from it."""
 
     text: str
     at: tuple[float, float]
-    reach: float = 0
+    reach: float | tuple[float, float] = 0
     colour: str = "black"
 
 
@@ -81,10 +81,10 @@ def add_labels(
     to_px = axes.transData.transform
     points = np.array([to_px(label.at) for label in labels]).reshape(-1, 2)
     edges = np.array([to_px(np.add(label.at, label.reach)) for label in labels]).reshape(-1, 2)
-    reaches = np.maximum(np.abs(edges - points).max(axis=1, initial=0), MIN_REACH_PX)
+    reaches = np.maximum(np.abs(edges - points), MIN_REACH_PX)
     extra = np.asarray(obstacles, float).reshape(-1, 2)
     extra = to_px(extra) if len(extra) else extra
-    taken = np.vstack([_boxes(points, reaches[:, None]), _boxes(extra, OBSTACLE_PX), np.zeros((len(labels), 4))])
+    taken = np.vstack([_boxes(points, reaches), _boxes(extra, OBSTACLE_PX), np.zeros((len(labels), 4))])
     window = axes.get_window_extent()
     frame = np.array([window.x0, window.y0, window.x1, window.y1])
     sizes = {text: np.array(text_size(figure, text, fontsize, **style)) for text in {x.text for x in labels}}
@@ -92,7 +92,7 @@ def add_labels(
     rings = RINGS if len(labels) <= MANY else RINGS_OF_MANY
     for label, point, reach in zip(labels, points, reaches, strict=True):
         size = sizes[label.text] + 2
-        centre, ring = _free_place(point, float(reach) + 0.2 * size[1], size, taken[:used], frame, rings)
+        centre, ring = _free_place(point, reach + 0.2 * size[1], size, taken[:used], frame, rings)
         taken[used] = _boxes(centre, size / 2)
         used += 1
         offset = (centre - point) * 72 / figure.dpi
@@ -114,7 +114,7 @@ def add_labels(
     return written
 
 
-def _free_place(point: Array, reach: float, size: Array, taken: Array, frame: Array, rings: int) -> tuple[Array, int]:
+def _free_place(point: Array, reach: Array, size: Array, taken: Array, frame: Array, rings: int) -> tuple[Array, int]:
     """Centre of the first place without overlap, and its ring; or else the place with the smallest overlap."""
     farthest = reach + rings * RING_STEP * size[1] + size
     near = taken[_overlaps(_boxes(point, farthest), taken) > 0]

@@ -63,6 +63,13 @@ class Mark:
     notes: list[str] = field(default_factory=list)
 
     @property
+    def reach_px(self) -> tuple[float, float]:
+        """Half sides of the box around the lamp."""
+        if self.blob is None:
+            return self.radius_px, self.radius_px
+        return (self.blob.x1 - self.blob.x0) / 2 + 1.0, (self.blob.y1 - self.blob.y0) / 2 + 1.0
+
+    @property
     def residual_px(self) -> Array | None:
         """Measured minus predicted centre; None for a lamp cut by the border, whose centroid is biased."""
         if self.blob is None or self.predicted_px is None or self.blob.cut_by_border:
@@ -79,7 +86,7 @@ def draw(path: str | PathLike[str], image: Pixels, *, blobs: Sequence[Blob], tit
     for mark in marks:
         assert mark.blob is not None
         mark.notes = [f"± {report.sigma_px(mark.blob):.3f} px", ", ".join(report.flags(mark.blob))]
-    _picture(path, image, marks, [], title, "blue: measured ellipse and rim points")
+    _picture(path, image, marks, [], title, "blue: measured outline and rim points")
 
 
 def draw_decoded(path: str | PathLike[str], image: Pixels, found: Decoded, *, title: str = "") -> None:
@@ -376,17 +383,17 @@ def _draw_frame(
     axes.apply_aspect()
     _bare(axes)
     for blob in unused:
-        _draw_ellipse(axes, blob, UNUSED)
+        _draw_measured(axes, blob, UNUSED)
     for mark in marks:
         _draw_outline(axes, mark, 1.2)
     for start, tip in arrows:
         arrow = {"arrowstyle": "-|>", "color": RESIDUAL, "lw": 1.6, "shrinkA": 0, "shrinkB": 0}
         axes.annotate("", xy=(tip[0], tip[1]), xytext=(start[0], start[1]), arrowprops=arrow)
     covered = [start + part * (tip - start) for start, tip in arrows for part in (0.25, 0.5, 0.75, 1)]
-    labels = [Label(m.label, (m.centre_px[0], m.centre_px[1]), m.radius_px, "white") for m in marks]
+    labels = [Label(m.label, (m.centre_px[0], m.centre_px[1]), m.reach_px, "white") for m in marks]
     for blob, reason in list(zip(unused, reasons, strict=False))[:MAX_REASONS]:  # by decreasing flux
         mark = _blob_mark(reason, blob)
-        labels.append(Label(reason, (mark.centre_px[0], mark.centre_px[1]), mark.radius_px, UNUSED))
+        labels.append(Label(reason, (mark.centre_px[0], mark.centre_px[1]), mark.reach_px, UNUSED))
     add_labels(axes, labels, LABEL_PT, obstacles=np.array(covered), path_effects=OUTLINE)
 
 
@@ -409,14 +416,22 @@ def _round_below(value: float) -> float:
 
 def _draw_outline(axes: Axes, mark: Mark, width: float) -> None:
     if mark.blob is not None:
-        _draw_ellipse(axes, mark.blob, MEASURED)
+        _draw_measured(axes, mark.blob, MEASURED)
         axes.plot(*mark.blob.centroid_px, "+", color=MEASURED, ms=6, mew=1)
     if mark.rim_px is not None:
         closed = np.vstack([mark.rim_px, mark.rim_px[:1]])
         axes.plot(closed[:, 0], closed[:, 1], "-", color=PREDICTED, lw=width)
 
 
-def _draw_ellipse(axes: Axes, blob: Blob, colour: str) -> None:
+def _draw_measured(axes: Axes, blob: Blob, colour: str) -> None:
+    """Sides of a blob with corners, rim points of another outline, or the ellipse."""
+    if len(blob.corners_px):
+        closed = np.vstack([blob.corners_px, blob.corners_px[:1]])
+        axes.plot(closed[:, 0], closed[:, 1], "-", color=colour, lw=1.2)
+        return
+    if blob.free_form and len(blob.rim):
+        axes.plot(blob.rim[:, 0], blob.rim[:, 1], ".", color=colour, ms=1.5)
+        return
     ellipse = blob.ellipse
     patch: Any = Ellipse(
         (float(ellipse.centre_px[0]), float(ellipse.centre_px[1])),
