@@ -60,7 +60,7 @@ struct NetworkImage {
 /// Orientation and size of a flat outline about a point.
 struct NetworkOutline {
   Eigen::Matrix3d world_from_outline = Eigen::Matrix3d::Identity();  ///< its z axis is the normal
-  Eigen::Vector2d size_m = Eigen::Vector2d::Ones();                  ///< extents along x and y
+  Eigen::Vector2d size_m = Eigen::Vector2d::Ones();  ///< along x and y; the radius if round
   /// A disc: both sizes are one unknown, and the rotation about its axis is none.
   bool is_round = false;
 };
