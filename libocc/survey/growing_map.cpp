@@ -20,15 +20,24 @@ using Eigen::Vector3d;
 
 namespace {
 
-/// Standard deviations of the parameters that are not exact.
+/// Standard deviations of the parameters that are not exact; f_px for two focal lengths with errors
+/// that keep their ratio.
 std::map<std::string, double> sigmas_of(const Camera& camera) {
-  if (const auto independent = camera.independent_sigmas()) return *independent;
   std::map<std::string, double> sigmas;
   const std::vector<CameraParameter> parameters = camera.parameters();
-  const Eigen::VectorXd variances = camera.parameter_covariance().diagonal();
-  for (std::size_t k = 0; k < parameters.size(); ++k)
-    if (variances[static_cast<Eigen::Index>(k)] > 0)
-      sigmas[parameters[k].name] = std::sqrt(variances[static_cast<Eigen::Index>(k)]);
+  const Eigen::MatrixXd covariance = camera.parameter_covariance();
+  for (std::size_t k = 0; k < parameters.size(); ++k) {
+    const Eigen::Index i = static_cast<Eigen::Index>(k);
+    if (covariance(i, i) > 0) sigmas[parameters[k].name] = std::sqrt(covariance(i, i));
+  }
+  const auto fx = sigmas.find("fx_px"), fy = sigmas.find("fy_px");
+  constexpr double min_correlation = 0.999999;
+  if (fx == sigmas.end() || fy == sigmas.end() ||
+      covariance(0, 1) < min_correlation * fx->second * fy->second)
+    return sigmas;
+  sigmas["f_px"] = fx->second;
+  sigmas.erase("fx_px");
+  sigmas.erase("fy_px");
   return sigmas;
 }
 

@@ -87,7 +87,8 @@ struct LIBOCC_API SurveyOptions {
   /// real pictures.
   double model_sigma_px = 0.02;
   /// Estimates the parameters of the camera whose errors it states along with the map, with their
-  /// standard deviations as priors (Camera::independent_sigmas(); correlations are not used).
+  /// standard deviations as priors. Correlations are not used, except that errors of both focal
+  /// lengths that keep their ratio are one of f_px.
   bool calibrate_camera = false;
   std::vector<LampDistance> distances;  ///< they determine the scale
   std::optional<double> radius_m;       ///< radius of all discs; determines the scale
