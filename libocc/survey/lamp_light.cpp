@@ -64,4 +64,16 @@ RelativeLight lamp_light(const Lamp& lamp, const std::vector<BlobInPicture>& blo
   return light;
 }
 
+void normalise_power(std::vector<SurveyedLamp>& lamps) {
+  double sum = 0;
+  int count = 0;
+  for (const SurveyedLamp& lamp : lamps)
+    if (lamp.has_power) {
+      sum += lamp.lamp.power_w;
+      ++count;
+    }
+  for (SurveyedLamp& lamp : lamps)
+    if (lamp.has_power && sum > 0) lamp.lamp.power_w *= count / sum;
+}
+
 }  // namespace occ::internal::survey

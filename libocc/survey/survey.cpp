@@ -185,9 +185,7 @@ class SurveyRun {
     order_ = growing_.order();
     growing_.transform(world_frame(growing_, order_));
     apply_scale();
-    Similarity shift;
-    shift.translation = -origin_of(growing_, order_);
-    growing_.transform(shift);
+    move_to_origin();
     Result<Adjustment> adjusted = adjust_with_rims();
     if (!adjusted.ok()) return adjusted;
     // The adjustment has changed a scale that it does not observe.
@@ -198,9 +196,18 @@ class SurveyRun {
       growing_.transform(similarity);
       adjusted.value.network = transformed(adjusted.value.network, similarity);
     }
+    const Similarity shift = move_to_origin();  // the cameras have moved with the focal length
+    adjusted.value.network = transformed(adjusted.value.network, shift);
     if (scale_source_ == SurveyScale::radius) check_radii();
     warnings_.insert(warnings_.end(), notes_of_tags_.begin(), notes_of_tags_.end());
     return adjusted;
+  }
+
+  Similarity move_to_origin() {
+    Similarity shift;
+    shift.translation = -origin_of(growing_, order_);
+    growing_.transform(shift);
+    return shift;
   }
 
   /// Adjusts with the rims as observations. They are linear about the result so far, which the
@@ -312,7 +319,6 @@ class SurveyRun {
   Result<Survey> result_of(const Result<Adjustment>& adjusted);
   void set_light(SurveyedLamp& surveyed, int lamp) const;
   static void note_growth(Survey& survey);
-  static void normalise_power(std::vector<SurveyedLamp>& lamps);
   void note_blobs(Survey& survey) const;
   void note_rejections(Survey& survey) const;
 
@@ -346,6 +352,10 @@ Result<Survey> SurveyRun::result_of(const Result<Adjustment>& adjusted) {
   note_pictures(survey);
   if (!adjusted.ok()) return result;
   note_growth(survey);
+  if (!options_.calibrate_camera && !survey.camera.is_exact())
+    survey.warnings.push_back(
+        "the map does not contain the errors that the camera states: estimate them along "
+        "(calibrate_camera)");
   for (std::size_t image = 0; image < growing_.map().placed.size(); ++image)
     survey.image_of_picture[growing_.map().placed[image].picture] = static_cast<int>(image);
   std::set<int> ids;
@@ -367,7 +377,7 @@ Result<Survey> SurveyRun::result_of(const Result<Adjustment>& adjusted) {
                                 std::to_string(*surveyed.code_id));
     survey.lamps.push_back(surveyed);
   }
-  normalise_power(survey.lamps);
+  internal::survey::normalise_power(survey.lamps);
   note_blobs(survey);
   note_rejections(survey);
   return result;
@@ -401,19 +411,6 @@ void SurveyRun::set_light(SurveyedLamp& surveyed, int lamp) const {
   const internal::survey::LampSignal signal = internal::survey::lamp_signal(blobs);
   surveyed.code_id = signal.id;
   if (!signal.id && signal.frequency_hz > 0) surveyed.lamp.frequency_hz = signal.frequency_hz;
-}
-
-/// Makes the mean power 1 W: the pictures determine ratios only.
-void SurveyRun::normalise_power(std::vector<SurveyedLamp>& lamps) {
-  double sum = 0;
-  int count = 0;
-  for (const SurveyedLamp& lamp : lamps)
-    if (lamp.has_power) {
-      sum += lamp.lamp.power_w;
-      ++count;
-    }
-  for (SurveyedLamp& lamp : lamps)
-    if (lamp.has_power && sum > 0) lamp.lamp.power_w *= count / sum;
 }
 
 void SurveyRun::note_blobs(Survey& survey) const {

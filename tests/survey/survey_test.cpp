@@ -345,6 +345,18 @@ TEST(Survey, CalibratesTheCameraAlong) {
     };
     EXPECT_NEAR(ratio(0, 1, 2, 3), 1, 2e-3);
     EXPECT_NEAR(ratio(1, 4, 0, 5), 1, 2e-3);
+    double lowest_m = infinity;
+    for (int i = 0; i < static_cast<int>(found->adjustment.network.images.size()); ++i)
+      lowest_m =
+          std::min(lowest_m, found->adjustment.network.cam_from_world(i).origin_in_source().z());
+    EXPECT_NEAR(lowest_m, 0, 1e-9);
+    options.calibrate_camera = false;
+    const auto fixed = survey(pictures_of(made), given, options);
+    const auto is_of_errors = [](const std::string& warning) {
+      return warning.find("errors that the camera states") != std::string::npos;
+    };
+    EXPECT_EQ(std::count_if(fixed->warnings.begin(), fixed->warnings.end(), is_of_errors), 1);
+    EXPECT_EQ(std::count_if(found->warnings.begin(), found->warnings.end(), is_of_errors), 0);
   }
   EXPECT_GT(nees, 0.1);
   EXPECT_LT(nees, 2.5);

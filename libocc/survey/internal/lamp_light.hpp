@@ -13,6 +13,7 @@
 #include "libocc/core/blob.hpp"
 #include "libocc/geometry/rigid.hpp"
 #include "libocc/scene/lamp.hpp"
+#include "libocc/survey/survey.hpp"
 
 namespace occ::internal::survey {
 
@@ -42,5 +43,8 @@ LampSignal lamp_signal(const std::vector<BlobInPicture>& blobs);
 
 /// Power and colour of a lamp whose centre, normal and emission are known.
 RelativeLight lamp_light(const Lamp& lamp, const std::vector<BlobInPicture>& blobs);
+
+/// Makes the mean power 1 W: the pictures determine ratios only.
+void normalise_power(std::vector<SurveyedLamp>& lamps);
 
 }  // namespace occ::internal::survey
