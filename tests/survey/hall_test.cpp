@@ -49,6 +49,8 @@ HallErrors errors_of(const Survey& survey, const Scene& scene,
   const std::vector<int> truth = truth_of(survey, made);
   std::vector<CheckPoint> points;
   std::vector<bool> found(scene.lamps.size(), false);
+  const auto determined = precision(survey.adjustment.network);
+  std::size_t left_out = 0;  // named lamps, such as by a rejected second image
   for (std::size_t i = 0; i < truth.size(); ++i) {
     if (truth[i] < 0) {
       errors.wrong += truth[i] == -2;
@@ -56,9 +58,14 @@ HallErrors errors_of(const Survey& survey, const Scene& scene,
     }
     errors.twice += found[truth[i]];
     found[truth[i]] = true;
+    if (determined.ok() && !determined->point(static_cast<int>(i)).allFinite()) {
+      ++left_out;
+      continue;
+    }
     ++errors.lamps;
     points.push_back({Target::of_point(static_cast<int>(i)), scene.lamps[truth[i]].centre_m});
   }
+  EXPECT_EQ(left_out, survey.adjustment.left_out.size());
   const Network network = aligned(survey.adjustment.network, points);
   const auto known = precision(network);
   if (!known.ok() || points.size() < 4) return errors;

@@ -2,6 +2,7 @@
 // Rims as observations of the network.
 #include "libocc/survey/internal/observed_rim.hpp"
 
+#include "libocc/network/precision.hpp"
 #include "tests/survey/survey_support.hpp"
 
 namespace occ {
@@ -75,3 +76,96 @@ INSTANTIATE_TEST_SUITE_P(Shapes, RimOfShape, testing::Values(LampShape::disc, La
 
 }  // namespace
 }  // namespace occ
+
+namespace occ::test {
+namespace {
+
+/// Sums over surveys of a room: squared errors of distances with rims and with centres alone, and
+/// those that are expected; squared errors of tilts and sizes over their variances.
+struct RimGain {
+  double errors = 0, centre_errors = 0, variances = 0, centre_variances = 0;
+  double tilts = 0, sizes = 0;
+  int lamps = 0;
+};
+
+RimGain rim_gain(const Scene& scene, int pictures) {
+  RimGain sums;
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    auto made = walk(scene, pictures, seed);
+    Random random(seed, 3);
+    const double growth_px = 0.05 * random.normal();
+    for (MadePicture& one : made)
+      for (Blob& blob : one.picture.blobs)
+        for (RimPoint& point : blob.rim) point.px += growth_px * point.normal;
+    if (!survey(pictures_of(made), scene.camera).ok()) continue;  // too few of them overlap
+    SurveyOptions options = with_distance(scene, made);
+    options.model_sigma_px = 1e-3;
+    options.distances[0].sigma_m = 1e-6;
+    const auto found = survey(pictures_of(made), scene.camera, options);
+    if (!found.ok()) {
+      ADD_FAILURE() << found.message;
+      continue;
+    }
+    Network centres = found->adjustment.network;
+    EXPECT_GT(centres.outlines.size(), 0.9 * static_cast<double>(centres.observations.size()));
+    centres.outlines.clear();
+    const auto adjusted = adjust(centres);
+    const auto a = precision(found->adjustment.network), b = precision(adjusted->network);
+    if (!adjusted.ok() || !a.ok() || !b.ok()) continue;
+    const std::vector<int> truth = truth_of(*found, made);
+    for (int i = 0; i < static_cast<int>(truth.size()); ++i) {
+      const Lamp &lamp = found->lamps[i].lamp, &real = scene.lamps[truth[i]];
+      // The frame of the survey is tilted against that of the room: angles between normals.
+      const Lamp& first = found->lamps[0].lamp;
+      const double tilt = lamp.normal.cross(first.normal).norm();
+      if (i > 0)
+        sums.tilts +=
+            square(tilt) / (square(*lamp.tilt_sigma_rad) + square(*first.tilt_sigma_rad)) / 2;
+      const double size = lamp.shape == LampShape::disc
+                              ? lamp.radius_m / real.radius_m
+                              : lamp.size_m.minCoeff() / real.size_m.minCoeff();
+      sums.sizes += square(std::log(size) / lamp.size_sigma);
+      ++sums.lamps;
+      for (int j = 0; j < i; ++j) {
+        const Target first = Target::of_point(i), second = Target::of_point(j);
+        const double length = (real.centre_m - scene.lamps[truth[j]].centre_m).norm();
+        const auto error = [&](const Network& network) {
+          return (network.position_m(first) - network.position_m(second)).norm() - length;
+        };
+        sums.errors += square(error(found->adjustment.network));
+        sums.centre_errors += square(error(adjusted->network));
+        sums.variances += square(a->distance_sigma_m(first, second));
+        sums.centre_variances += square(b->distance_sigma_m(first, second));
+      }
+    }
+  }
+  return sums;
+}
+
+TEST(RimsOfSurvey, ReduceTheErrors) {
+  // Small discs add little to the directions of their centres, large panels much.
+  Scene room = uneven_room();
+  const RimGain discs = rim_gain(room, 10);
+  for (Lamp& lamp : room.lamps) {
+    lamp.shape = LampShape::rectangle;
+    lamp.radius_m = 0;
+    lamp.size_m = {0.6, 0.3};
+    lamp.validate();
+  }
+  const RimGain panels = rim_gain(room, 12);
+  EXPECT_GT(discs.lamps, 100);
+  EXPECT_GT(panels.lamps, 80);
+  EXPECT_LT(discs.errors, discs.centre_errors);
+  EXPECT_LT(discs.variances, discs.centre_variances);
+  EXPECT_LT(panels.errors, 0.7 * panels.centre_errors);
+  EXPECT_LT(panels.variances, 0.7 * panels.centre_variances);
+  for (const RimGain& sums : {discs, panels}) {
+    EXPECT_GT(1.2 * sums.tilts / sums.lamps, 0.4);  // the sigma is that of the worst direction
+    EXPECT_LT(1.2 * sums.tilts / sums.lamps, 1.3);
+    EXPECT_GT(sums.sizes / sums.lamps, 0.4);  // as that of the worst side
+    EXPECT_LT(sums.sizes / sums.lamps, 1.4);
+  }
+}
+
+}  // namespace
+}  // namespace occ::test
