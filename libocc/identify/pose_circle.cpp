@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "libocc/core/internal/dense.hpp"
+#include "libocc/core/internal/rim_errors.hpp"
 #include "libocc/core/math.hpp"
 #include "libocc/formation/rim.hpp"
 #include "libocc/geometry/so3.hpp"
@@ -48,9 +49,8 @@ RimSums rim_sums(const Lamp& disc, const Rigid3& pose, const Blob& blob, const C
     const auto residual = rim_distance_px(disc, pose, *ray, &row);
     const auto moved = rim_distance_px(larger, pose, *ray);
     if (!residual || !moved) continue;
-    const double x = point.normal.x(), y = point.normal.y();
-    Vector6 common;  // as in Blob::rim_covariance_px2, then the size
-    common << 1, x, y, x * x - y * y, 2 * x * y, (*moved - *residual) / step;
+    Vector6 common;  // errors of Blob::rim_covariance_px2, then the size
+    common << core::common_rim_errors(point.normal), (*moved - *residual) / step;
     const double weight = 1 / square(point.sigma_px);
     sums.information += weight * row.transpose() * row;
     sums.gradient += weight * *residual * row.transpose();

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "libocc/camera/internal/parameter_values.hpp"
 #include "libocc/core/require.hpp"
 
 namespace occ {
@@ -55,11 +56,8 @@ CameraParameter free_parameter(const Camera& camera, const std::string& name) {
 }
 
 Camera with_free_parameter(const Camera& camera, const std::string& name, double value) {
-  const std::vector<CameraParameter> parameters = camera.parameters();
-  const ParameterColumns columns = require_columns(parameters, name);
-  Eigen::VectorXd values(static_cast<Eigen::Index>(parameters.size()));
-  for (std::size_t k = 0; k < parameters.size(); ++k)
-    values[static_cast<Eigen::Index>(k)] = parameters[k].value;
+  const ParameterColumns columns = require_columns(camera.parameters(), name);
+  Eigen::VectorXd values = internal::camera::parameter_values(camera);
   if (columns.tied >= 0) values[columns.tied] *= value / values[columns.column];
   values[columns.column] = value;
   return camera.with_parameters(values);

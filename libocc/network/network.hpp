@@ -8,9 +8,8 @@
 // identity. A body is a set of points of known shape, for example the corners of an AprilTag or a
 // chessboard: X = world_from_body * (scale * corner). A point may be the centre of a flat outline,
 // such as the rim of a lamp, whose orientation and size are unknown. Poses, positions and
-// parameters are start
-// values for adjust(), which may be rough. Elements that are `fixed` are error-free. All lengths
-// have the same unit (metres); the world's origin is arbitrary.
+// parameters are start values for adjust(), which may be rough. Elements that are `fixed` are
+// error-free. All lengths have the same unit (metres); the world's origin is arbitrary.
 #pragma once
 
 #include <Eigen/Core>
@@ -112,10 +111,10 @@ struct ImageObservation {
   bool used = true;  ///< false: rejected; it stays in the list so that indices remain valid
 };
 
-/// Measured outline of a point, without the place of its centre, linearised. With the
-/// rotation R from the outline's to the camera's frame, the centre t in the camera's frame [m], the
-/// sizes a and b [m], s = sqrt(a b), the growth g [px], the camera's parameters c, and the index 0
-/// for the values of the reference, the unknowns are
+/// Measured outline of a point, without the place of its centre, linearised. With the rotation R
+/// from the outline's to the camera's frame, the centre t in the camera's frame [m], the sizes a
+/// and b [m], s = sqrt(a b), the growth g [px], the camera's parameters c, and the index 0 for the
+/// values of the reference, the unknowns are
 ///
 ///     u = (log(R R0^T), t s0 / s - t0, ln(a / b) - ln(a0 / b0), g),  v = c - c0,
 ///

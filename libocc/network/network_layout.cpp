@@ -6,6 +6,7 @@
 #include <numeric>
 #include <stdexcept>
 
+#include "libocc/camera/internal/parameter_values.hpp"
 #include "libocc/geometry/so3.hpp"
 
 namespace occ::internal::network {
@@ -396,10 +397,7 @@ std::optional<NetworkState> apply_step(const NetworkLayout& layout, const Networ
     if (block.offset == none) continue;
     if (block.has_growth) next.growths[i] += step[block.offset + block.size() - 1];
     if (block.columns.empty()) continue;
-    const std::vector<CameraParameter> parameters = state.cameras[i].parameters();
-    Eigen::VectorXd values(static_cast<Index>(parameters.size()));
-    for (std::size_t k = 0; k < parameters.size(); ++k)
-      values[static_cast<Index>(k)] = parameters[k].value;
+    Eigen::VectorXd values = camera::parameter_values(state.cameras[i]);
     for (std::size_t k = 0; k < block.columns.size(); ++k) {
       const auto [column, tied] = block.columns[k];
       const double change = step[block.offset + static_cast<Index>(k)];

@@ -4,7 +4,6 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <optional>
 
 #include "libocc/core/internal/dense.hpp"
 #include "libocc/core/internal/parallel.hpp"
@@ -193,7 +192,7 @@ class Builder {
         add_out_of_view(lane);
         continue;
       }
-      auto outline = outline_of(i, rows);
+      auto outline = outline_rows(network_, layout_, state_, i, rows);
       const double root = apply_weight(loss_, rows, lane);
       const int image = observation.image;
       add_image_part(rows, lane.of_image[image], lane.rhs_of_image[image]);
@@ -219,15 +218,6 @@ class Builder {
       own /= v(c, c);
       y[c] /= v(c, c);
     }
-  }
-
-  /// Outline of an observation, if it has one; `rows` of its centre are completed.
-  std::optional<OutlineRows> outline_of(int observation, ObservationRows& rows) const {
-    const OutlineObservation* outline = layout_.outline(network_, observation);
-    if (outline == nullptr) return std::nullopt;
-    const OutlineRows all = outline_rows_of(network_, layout_, state_, *outline);
-    all.displace_centre(network_.observations[observation].sigma_px, rows);
-    return all;
   }
 
   /// Multiplies the rows of an outline by the square root of the robust weight of its centre, and
@@ -321,7 +311,7 @@ class Builder {
     const ImageObservation& observation = network_.observations[index];
     ObservationRows rows;
     if (!rows_of(network_, layout_, state_, observation, rows)) return add_out_of_view(lane);
-    auto outline = outline_of(index, rows);
+    auto outline = outline_rows(network_, layout_, state_, index, rows);
     const double root = apply_weight(loss_, rows, lane);
     const int image = observation.image;
     add_image_part(rows, lane.of_image[image], lane.rhs_of_image[image]);

@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 #include <cmath>
 
+#include "libocc/camera/internal/parameter_values.hpp"
 #include "libocc/geometry/so3.hpp"
 
 namespace occ::internal::network {
@@ -25,12 +26,16 @@ void write_pose_columns(const MatrixXd& by_rotation, const MatrixXd& by_centre,
 
 }  // namespace
 
-OutlineRows outline_rows_of(const Network& network, const NetworkLayout& layout,
-                            const NetworkState& state, const OutlineObservation& outline) {
-  const ImageObservation& observation = network.observations[outline.observation];
+std::optional<OutlineRows> outline_rows(const Network& network, const NetworkLayout& layout,
+                                        const NetworkState& state, int index,
+                                        ObservationRows& centre) {
+  const OutlineObservation* observed = layout.outline(network, index);
+  if (observed == nullptr) return std::nullopt;
+  const OutlineObservation& outline = *observed;
+  const ImageObservation& observation = network.observations[index];
   const NetworkImage& image = network.images[observation.image];
   const ImageBlock& block = layout.images[observation.image];
-  const CameraBlock& camera = layout.cameras[image.camera];
+  const CameraBlock& free = layout.cameras[image.camera];
   const NetworkOutline& shape = state.outlines[observation.target.point];
   const Rigid3& station = state.stations[image.station];
   const Rigid3* mount = image.mount < 0 ? nullptr : &state.mounts[image.mount];
@@ -65,21 +70,17 @@ OutlineRows outline_rows_of(const Network& network, const NetworkLayout& layout,
   const MatrixXd by_rotation = by_u.leftCols<3>() * turn_by_rotation;
   const MatrixXd by_centre = ratio * by_u.middleCols<3>(3);
   MatrixXd a = MatrixXd::Zero(2 + count, block.width);
-  if (!camera.columns.empty()) {
-    const std::vector<CameraParameter> parameters = state.cameras[image.camera].parameters();
-    VectorXd change = -outline.camera_parameters;
-    for (std::size_t k = 0; k < parameters.size(); ++k)
-      change[static_cast<Index>(k)] += parameters[k].value;
-    r.tail(count) += outline.by_camera * change;
-    for (std::size_t c = 0; c < camera.columns.size(); ++c) {
-      const auto [column, tied] = camera.columns[c];
+  if (!free.columns.empty()) {
+    const VectorXd parameters = camera::parameter_values(state.cameras[image.camera]);
+    r.tail(count) += outline.by_camera * (parameters - outline.camera_parameters);
+    for (std::size_t c = 0; c < free.columns.size(); ++c) {
+      const auto [column, tied] = free.columns[c];
       auto own = a.col(static_cast<Index>(c)).tail(count);
       own = outline.by_camera.col(column);
-      if (tied >= 0)
-        own += parameters[tied].value / parameters[column].value * outline.by_camera.col(tied);
+      if (tied >= 0) own += parameters[tied] / parameters[column] * outline.by_camera.col(tied);
     }
   }
-  if (camera.has_growth) a.col(camera.size() - 1) = by_u.col(7);
+  if (free.has_growth) a.col(free.size() - 1) = by_u.col(7);
   if (block.mount_column >= 0)
     write_pose_columns(by_rotation, by_centre, in_cam, a.middleCols<6>(block.mount_column));
   if (block.station_column >= 0)
@@ -97,16 +98,12 @@ OutlineRows outline_rows_of(const Network& network, const NetworkLayout& layout,
     b.col(3 + rotations) = 0.5 * by_size + by_u.col(6);
     b.rightCols<1>() = 0.5 * by_size - by_u.col(6);
   }
-  return {a.bottomRows(count), b.bottomRows(count), r.tail(count),
-          a.topRows(2),        b.topRows(2),        r.head<2>()};
-}
-
-void OutlineRows::displace_centre(const Eigen::Vector2d& sigma_px, ObservationRows& rows) const {
   for (int k = 0; k < 2; ++k) {
-    rows.r[k] += centre_r[k] / sigma_px[k];
-    for (int c = 0; c < rows.width; ++c) rows.a[k][c] += centre_a(k, c) / sigma_px[k];
-    for (int c = 0; c < rows.size; ++c) rows.b[k][c] += centre_b(k, c) / sigma_px[k];
+    centre.r[k] += r[k] / observation.sigma_px[k];
+    for (int c = 0; c < centre.width; ++c) centre.a[k][c] += a(k, c) / observation.sigma_px[k];
+    for (int c = 0; c < centre.size; ++c) centre.b[k][c] += b(k, c) / observation.sigma_px[k];
   }
+  return OutlineRows{a.bottomRows(count), b.bottomRows(count), r.tail(count)};
 }
 
 }  // namespace occ::internal::network

@@ -67,6 +67,13 @@ void require_index(int index, std::size_t size, const char* name) {
           "an index below " + std::to_string(size));
 }
 
+/// As unknown_covariance(), of any size.
+MatrixXd unknown_matrix(Index size) {
+  MatrixXd unknown = MatrixXd::Zero(size, size);
+  unknown.diagonal().setConstant(std::numeric_limits<double>::infinity());
+  return unknown;
+}
+
 Matrix6 pose_block(const PrecisionState& state, Index offset) {
   if (offset == none) return Matrix6::Zero();
   return state.between(offset, 6, offset, 6);
@@ -182,9 +189,7 @@ MatrixXd Precision::outline(int point) const {
           "a point with an observed outline");
   if (!is_left_out)
     return state_->between(free.layout.points[point], size, free.layout.points[point], size);
-  MatrixXd unknown = MatrixXd::Zero(size, size);
-  unknown.diagonal().setConstant(std::numeric_limits<double>::infinity());
-  return unknown;
+  return unknown_matrix(size);
 }
 
 double Precision::outline_growth_sigma_px(int camera) const {
@@ -318,9 +323,7 @@ MatrixXd Precision::parameters(int camera) const {
   const CameraBlock& block = free.layout.cameras[camera];
   const Index size = static_cast<Index>(free.network.cameras[camera].free_parameters.size());
   if (block.offset == none) {
-    MatrixXd unknown = MatrixXd::Zero(size, size);
-    unknown.diagonal().setConstant(std::numeric_limits<double>::infinity());
-    return unknown;
+    return unknown_matrix(size);
   }
   return state_->between(block.offset, size, block.offset, size);
 }

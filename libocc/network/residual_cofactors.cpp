@@ -79,11 +79,6 @@ std::vector<ResidualCofactor> residual_cofactors(const Network& network,
     result.residual << rows.r[0], rows.r[1];
     result.absorbed = 0.5 * (absorbed + absorbed.transpose());
   };
-  const auto displace_centre = [&](int index, ObservationRows& rows) {
-    if (const OutlineObservation* outline = layout.outline(network, index))
-      outline_rows_of(network, layout, state, *outline)
-          .displace_centre(network.observations[index].sigma_px, rows);
-  };
   const auto eliminated = [&](std::size_t b) {
     const Batch& batch = layout.batches[b];
     const EliminatedBatch& part = normal.batches[b];
@@ -102,7 +97,7 @@ std::vector<ResidualCofactor> residual_cofactors(const Network& network,
         const ImageObservation& observation = network.observations[i];
         ObservationRows rows;
         if (!rows_of(network, layout, state, observation, rows)) continue;
-        displace_centre(i, rows);
+        outline_rows(network, layout, state, i, rows);  // completes the rows of a centre
         const ReducedRows reduced(layout, observation, rows, false);
         Eigen::Matrix<double, 2, Eigen::Dynamic> target(2, group.size);
         for (int k = 0; k < group.size; ++k) target.col(k) << rows.b[0][k], rows.b[1][k];
@@ -126,7 +121,7 @@ std::vector<ResidualCofactor> residual_cofactors(const Network& network,
     const ImageObservation& observation = network.observations[i];
     ObservationRows rows;
     if (!rows_of(network, layout, state, observation, rows)) continue;
-    displace_centre(i, rows);
+    outline_rows(network, layout, state, i, rows);  // completes the rows of a centre
     store(i, rows, ReducedRows(layout, observation, rows, true).quadratic(covariance));
   }
   return cofactors;

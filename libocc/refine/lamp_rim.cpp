@@ -9,6 +9,7 @@
 
 #include "libocc/core/internal/covariance.hpp"
 #include "libocc/core/internal/dense.hpp"
+#include "libocc/core/internal/rim_errors.hpp"
 #include "libocc/core/internal/robust_loss.hpp"
 #include "libocc/core/math.hpp"
 #include "libocc/geometry/so3.hpp"
@@ -24,11 +25,6 @@ using RimErrors = Eigen::Matrix<double, 5, 1>;
 constexpr double lost_chi2 = 100;
 
 constexpr int residual_index = 7;  // in a column of rows_, after pose and growth
-
-/// v of a rim point with this normal, see the header.
-RimErrors common_errors(const Eigen::Vector2d& n) {
-  return {1, n.x(), n.y(), square(n.x()) - square(n.y()), 2 * n.x() * n.y()};
-}
 
 /// R with R R^T = S. The matrix is padded: its root has a column for each of its directions.
 Eigen::Matrix<double, 5, 6> root_of(const RimErrorCovariance& covariance) {
@@ -217,7 +213,7 @@ int LampRim::linearise_rim(const State& state, const Eigen::Vector3d& pivot) {
     const Eigen::Vector2d& normal = points_[i].normal;
     const double off = *distance + lamp_.moved_px + growth_slope * state.growth_px -
                        normal.dot(light.displacement_px(points_[i].px, normal));
-    rows_.col(i) << d_lamp.transpose(), growth_slope, off, common_errors(normal);
+    rows_.col(i) << d_lamp.transpose(), growth_slope, off, core::common_rim_errors(normal);
     rows_.col(i) *= points_[i].inverse_sigma;
   }
   if (all_.shared_errors.count() > 0) {
@@ -446,7 +442,7 @@ double LampRim::chi2(const State& state, Eigen::VectorXd* by_shared) {
                        normal.dot(light.displacement_px(points_[i].px, normal));
     const double residual = off * points_[i].inverse_sigma;
     sum += weights_[i] * residual * residual;
-    pull += weights_[i] * residual * points_[i].inverse_sigma * common_errors(normal);
+    pull += weights_[i] * residual * points_[i].inverse_sigma * core::common_rim_errors(normal);
   }
   return sum - pull.dot(common_gain_ * pull) + lost;
 }

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "libocc/camera/internal/parameter_values.hpp"
 #include "libocc/core/math.hpp"
 #include "libocc/geometry/so3.hpp"
 
@@ -71,10 +72,8 @@ SharedErrors::SharedErrors(const Scene& scene)
 
 void SharedErrors::apply(const Scene& stated, const Eigen::VectorXd& errors, Scene& scene) const {
   if (root_.cols() > 0) {
-    Eigen::VectorXd values = root_ * errors.head(root_.cols());
-    const std::vector<CameraParameter> parameters = stated.camera.parameters();
-    for (std::size_t i = 0; i < parameters.size(); ++i)
-      values[static_cast<Eigen::Index>(i)] += parameters[i].value;
+    const Eigen::VectorXd values =
+        root_ * errors.head(root_.cols()) + camera::parameter_values(stated.camera);
     scene.camera = stated.camera.with_parameters(values);
   }
   const Eigen::VectorXd of_map = errors.tail(map_count_);

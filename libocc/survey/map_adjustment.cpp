@@ -23,14 +23,23 @@ namespace {
 // to 0.02 px in rendered and real pictures with a known response.
 constexpr double rim_growth_sigma_px = 0.05;
 
-/// Shape and errors of a lamp from its adjusted outline; the covariance is Precision::outline().
-void set_adjusted_shape(const NetworkPoint& point, const Eigen::MatrixXd& covariance, Lamp& lamp) {
-  lamp.centre_m = point.position_m;
-  set_outline(*point.outline, lamp);
+/// Shape and errors of a lamp from its adjusted outline; nothing if it was left out. `covariance`:
+/// Precision::outline().
+std::optional<ShapeOfViews> adjusted_shape(const NetworkPoint& point,
+                                           const Eigen::MatrixXd& covariance, const Lamp& before) {
+  if (!covariance.allFinite()) return std::nullopt;
+  ShapeOfViews found;
+  found.is_fitted = true;
+  found.lamp = before;
+  found.lamp.centre_m = point.position_m;
+  set_outline(*point.outline, found.lamp);
+  found.size = size_of(found.lamp);
   const Eigen::Index sizes = point.outline->is_round ? 1 : 2;
   const Eigen::VectorXd variances = covariance.diagonal();
-  lamp.size_sigma = std::sqrt(variances.tail(sizes).maxCoeff());
-  lamp.tilt_sigma_rad = std::sqrt(variances.segment(3, variances.size() - 3 - sizes).maxCoeff());
+  found.lamp.size_sigma = std::sqrt(variances.tail(sizes).maxCoeff());
+  found.lamp.tilt_sigma_rad =
+      std::sqrt(variances.segment(3, variances.size() - 3 - sizes).maxCoeff());
+  return found;
 }
 
 }  // namespace
@@ -139,28 +148,23 @@ void GrowingMap::update_shapes(const Network& network) {
     MapLamp& known = map_.lamps[lamp];
     const int point = point_of_lamp_[lamp];
     if (point < 0) continue;
-    const Eigen::MatrixXd covariance =
-        has_outline[point] ? precision_->outline(point) : Eigen::MatrixXd();
-    if (has_outline[point] && covariance.allFinite()) {
-      shapes_[lamp] = before[lamp];
-      set_adjusted_shape(network.points[point], covariance, *shapes_[lamp]);
-      known.normal = shapes_[lamp]->normal;
-      known.size = size_of(*shapes_[lamp]);
-      known.size_sigma = std::min(options_.size_spread, shapes_[lamp]->size_sigma);
-      continue;
+    std::optional<ShapeOfViews> found;
+    if (has_outline[point])
+      found = adjusted_shape(network.points[point], precision_->outline(point), *before[lamp]);
+    if (!found) {
+      std::vector<ViewInPicture> views;
+      for (const PlacedPicture& placed : map_.placed)
+        for (const LampShapeView& view : pictures_[placed.picture].views)
+          if (placed.lamp_of[view.blob] == lamp)
+            views.push_back({&view, &input_[placed.picture].blobs[view.blob], placed.cam_from_map});
+      if (views.empty()) continue;
+      found = shape_of_views(known.position, known.shape, views, camera_);
     }
-    std::vector<ViewInPicture> views;
-    for (const PlacedPicture& placed : map_.placed)
-      for (const LampShapeView& view : pictures_[placed.picture].views)
-        if (placed.lamp_of[view.blob] == lamp)
-          views.push_back({&view, &input_[placed.picture].blobs[view.blob], placed.cam_from_map});
-    if (views.empty()) continue;
-    const ShapeOfViews found = shape_of_views(known.position, known.shape, views, camera_);
-    known.normal = found.lamp.normal;
-    known.size = found.size;
-    if (!found.is_fitted) continue;
-    known.size_sigma = std::min(options_.size_spread, found.lamp.size_sigma);
-    shapes_[lamp] = found.lamp;
+    known.normal = found->lamp.normal;
+    known.size = found->size;
+    if (!found->is_fitted) continue;
+    known.size_sigma = std::min(options_.size_spread, found->lamp.size_sigma);
+    shapes_[lamp] = found->lamp;
   }
 }
 

@@ -5,7 +5,9 @@
 #include <cmath>
 #include <vector>
 
+#include "libocc/camera/internal/parameter_values.hpp"
 #include "libocc/core/internal/dense.hpp"
+#include "libocc/core/internal/rim_errors.hpp"
 #include "libocc/core/math.hpp"
 #include "libocc/formation/rim.hpp"
 
@@ -16,7 +18,6 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::Vector2d;
 using Eigen::VectorXd;
-using Matrix5 = Eigen::Matrix<double, 5, 5>;
 
 /// Rim points, of which each row is divided by the sigma of its noise.
 struct RimRows {
@@ -63,8 +64,7 @@ std::optional<RimRows> rows_of(const Lamp& lamp, const Blob& blob, const Rigid3&
       if (!camera.project(foot->bearing, nullptr, &by_camera)) continue;
       rows.j.row(row).tail(parameters) = -point.normal.transpose() * by_camera;
     }
-    const Vector2d& n = point.normal;
-    rows.b.row(row) << 1, n.x(), n.y(), square(n.x()) - square(n.y()), 2 * n.x() * n.y();
+    rows.b.row(row) = core::common_rim_errors(point.normal).transpose();
     rows.y[row] = *residual;
     const double excess = std::abs(*residual) / (huber_sigma * point.sigma_px + huber_px);
     const double scale = 1 / (point.sigma_px * std::sqrt(std::max(1.0, excess)));
@@ -129,7 +129,8 @@ std::optional<ObservedRim> observed_rim(const Lamp& lamp, const Blob& blob,
   Eigen::Matrix<double, 2, 3> by_centre;
   const auto centre = camera.project(cam_from_world * lamp.centre_m, &by_centre);
   if (!rows || !centre) return std::nullopt;
-  const Matrix5 common = blob.rim_covariance_px2 + square(model_sigma_px) * Matrix5::Identity();
+  const RimErrorCovariance common =
+      blob.rim_covariance_px2 + square(model_sigma_px) * RimErrorCovariance::Identity();
   const MatrixXd g5 = core::transposed_product(rows->b, rows->b);
   const MatrixXd h = core::transposed_product(rows->b, rows->j);
   const MatrixXd k = core::transposed_product(rows->j, rows->j);
@@ -165,17 +166,13 @@ std::optional<ObservedRim> observed_rim(const Lamp& lamp, const Blob& blob,
   ObservedRim result;
   result.centre_px = *centre + shift;
   result.sigma_px = covariance.diagonal().cwiseSqrt();
-  result.outline.cam_from_outline = {cam_from_world.rotation * outline_of(lamp).world_from_outline,
+  const NetworkOutline shape = outline_of(lamp);
+  result.outline.cam_from_outline = {cam_from_world.rotation * shape.world_from_outline,
                                      cam_from_world * lamp.centre_m};
-  result.outline.size_m = outline_of(lamp).size_m;
+  result.outline.size_m = shape.size_m;
   result.outline.centre_rows = -by_unknowns.leftCols<8>();
   result.outline.centre_rows.middleCols<3>(3) -= by_centre;
-  if (with_camera) {
-    const std::vector<CameraParameter> parameters = camera.parameters();
-    result.outline.camera_parameters.resize(static_cast<Index>(parameters.size()));
-    for (std::size_t p = 0; p < parameters.size(); ++p)
-      result.outline.camera_parameters[static_cast<Index>(p)] = parameters[p].value;
-  }
+  if (with_camera) result.outline.camera_parameters = camera::parameter_values(camera);
   set_rows(full - by_unknowns.transpose() * shift_weight * by_unknowns,
            gradient - by_unknowns.transpose() * (shift_weight * shift), result.outline);
   if (!result.outline.rows.allFinite() || !result.outline.constant.allFinite()) return std::nullopt;

@@ -116,6 +116,7 @@ def scene_of(
 ) -> Scene:
     """Scene of a survey that is ok: its lamps with the standard deviations of their positions and shared errors.
 
+    camera: Survey.camera, which has the estimated parameters if there are any, or another camera for other pictures.
     code: that of the ids which the lamps transmit (SurveyedLamp.code_id). Lamps whose position is not determined are
     left out. `assumed` of the scene states the frame and the scale.
     """

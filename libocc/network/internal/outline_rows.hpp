@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 
 #include "libocc/network/internal/observation_rows.hpp"
 
@@ -13,14 +14,12 @@ namespace occ::internal::network {
 struct OutlineRows {
   Eigen::MatrixXd a, b;
   Eigen::VectorXd r;
-  Eigen::MatrixXd centre_a, centre_b;  ///< contribution to the rows of the centre [px]
-  Eigen::Vector2d centre_r;
-
-  /// Adds the displacement of the centre to the rows of its observation.
-  void displace_centre(const Eigen::Vector2d& sigma_px, ObservationRows& rows) const;
 };
 
-OutlineRows outline_rows_of(const Network& network, const NetworkLayout& layout,
-                            const NetworkState& state, const OutlineObservation& outline);
+/// Outline of an image observation; nothing if it has none. `centre`: rows of the observation, to
+/// which the displacement of the outline's centre is added.
+std::optional<OutlineRows> outline_rows(const Network& network, const NetworkLayout& layout,
+                                        const NetworkState& state, int observation,
+                                        ObservationRows& centre);
 
 }  // namespace occ::internal::network

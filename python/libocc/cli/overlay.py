@@ -419,15 +419,18 @@ def _draw_outline(axes: Axes, mark: Mark, width: float) -> None:
         _draw_measured(axes, mark.blob, MEASURED)
         axes.plot(*mark.blob.centroid_px, "+", color=MEASURED, ms=6, mew=1)
     if mark.rim_px is not None:
-        closed = np.vstack([mark.rim_px, mark.rim_px[:1]])
-        axes.plot(closed[:, 0], closed[:, 1], "-", color=PREDICTED, lw=width)
+        _draw_closed(axes, mark.rim_px, PREDICTED, width)
+
+
+def _draw_closed(axes: Axes, points_px: Array, colour: str, width: float) -> None:
+    closed = np.vstack([points_px, points_px[:1]])
+    axes.plot(closed[:, 0], closed[:, 1], "-", color=colour, lw=width)
 
 
 def _draw_measured(axes: Axes, blob: Blob, colour: str) -> None:
     """Sides of a blob with corners, rim points of another outline, or the ellipse."""
     if len(blob.corners_px):
-        closed = np.vstack([blob.corners_px, blob.corners_px[:1]])
-        axes.plot(closed[:, 0], closed[:, 1], "-", color=colour, lw=1.2)
+        _draw_closed(axes, np.asarray(blob.corners_px), colour, 1.2)
         return
     if blob.free_form and len(blob.rim):
         axes.plot(blob.rim[:, 0], blob.rim[:, 1], ".", color=colour, ms=1.5)

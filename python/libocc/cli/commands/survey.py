@@ -202,7 +202,7 @@ def command(
             "kind": "survey", "pictures": list(sources), "camera": camera_path,
             "distances": [list(d) for d in distances], "odometry": odometry, **options,
         })
-        data, scene = write_survey(folder, found, found.camera, sensor, code, pictures.ordered, pictures.notes)
+        data, scene = write_survey(folder, found, sensor, code, pictures.ordered, pictures.notes)
     if as_json:
         print_json(data)
     elif scene is not None:

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..._core import Camera, Code, Lamp, LampShape, MapUpdate, Scene, Sensor, Survey, SurveyScale, Trajectory
+from ..._core import Code, Lamp, LampShape, MapUpdate, Scene, Sensor, Survey, SurveyScale, Trajectory
 from ...surveying import assumptions_of, joint_covariance_m2, known_precision, scene_of
 from ..calibration.figures import png_bytes
 from ..calibration.report import table
@@ -131,8 +131,7 @@ def plan_png(found: Survey, scene: Scene, ordered: bool) -> bytes:
 
 
 def write_survey(
-    folder: ResultFolder, found: Survey, camera: Camera, sensor: Sensor | None, code: Code | None, ordered: bool,
-    notes: list[str],
+    folder: ResultFolder, found: Survey, sensor: Sensor | None, code: Code | None, ordered: bool, notes: list[str],
 ) -> tuple[dict[str, Any], Scene | None]:
     """Writes all files; returns the data of result.json, and the scene if the survey is ok."""
     if not found.ok:
@@ -145,7 +144,7 @@ def write_survey(
     from ..._core import Datum
     from ..calibration.run import calibrate, write
 
-    scene = scene_of(found, camera, sensor, code)
+    scene = scene_of(found, found.camera, sensor, code)
     png = plan_png(found, scene, ordered)
     adjusted, _ = calibrate(found.network_with_all_observations, Datum(), notes=notes + found.warnings)
     data = write(
