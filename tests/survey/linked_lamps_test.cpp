@@ -259,44 +259,39 @@ std::vector<int> truth_by_majority(const Survey& survey, const std::vector<MadeP
   return truth;
 }
 
-/// Squared errors of the shape of the map, free of scale, over their covariance; sets `dof`.
+/// Squared errors of the positions over their covariance, free of the similarity between map and
+/// scene; sets `dof`. Distances would not do: those of lamps in one plane do not change with small
+/// errors across it.
 double shape_chi2(const Survey& survey, const Scene& scene, const std::vector<int>& truth,
                   int& dof) {
-  const auto known = precision(survey.adjustment.network);
-  if (!known.ok()) return infinity;
-  std::vector<std::size_t> lamps;  // those that are determined, as in a scene of the survey
-  std::vector<Target> targets;
+  std::vector<CheckPoint> points;  // those that are determined, as in a scene of the survey
+  const auto determined = precision(survey.adjustment.network);
+  if (!determined.ok()) return infinity;
   for (std::size_t i = 0; i < truth.size(); ++i)
-    if (known->point(static_cast<int>(i)).allFinite()) {
-      lamps.push_back(i);
-      targets.push_back(Target::of_point(static_cast<int>(i)));
-    }
-  const auto count = static_cast<Eigen::Index>(lamps.size());
-  const Eigen::Index pairs = count * (count - 1) / 2;
-  Eigen::MatrixXd jacobian = Eigen::MatrixXd::Zero(pairs, 3 * count);
-  Eigen::VectorXd errors(pairs);  // of the logarithms of distances
-  Eigen::Index row = 0;
-  for (Eigen::Index i = 0; i < count; ++i)
-    for (Eigen::Index j = 0; j < i; ++j, ++row) {
-      const std::size_t a = lamps[static_cast<std::size_t>(i)];
-      const std::size_t b = lamps[static_cast<std::size_t>(j)];
-      const Vector3d between = survey.lamps[a].lamp.centre_m - survey.lamps[b].lamp.centre_m;
-      const Vector3d real = scene.lamps[static_cast<std::size_t>(truth[a])].centre_m -
-                            scene.lamps[static_cast<std::size_t>(truth[b])].centre_m;
-      errors[row] = std::log(between.norm() / real.norm());
-      jacobian.block<1, 3>(row, 3 * i) = between.transpose() / between.squaredNorm();
-      jacobian.block<1, 3>(row, 3 * j) = -between.transpose() / between.squaredNorm();
-    }
-  errors.array() -= errors.mean();
-  jacobian.rowwise() -= jacobian.colwise().mean().eval();
-  const Eigen::MatrixXd covariance = std::max(1.0, square(survey.adjustment.sigma0)) * jacobian *
-                                     known->joint(targets) * jacobian.transpose();
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(covariance);
-  dof = 3 * static_cast<int>(count) - 7;
-  double chi2 = 0;
-  for (Eigen::Index k = pairs - dof; k < pairs; ++k)
-    chi2 += square(eigen.eigenvectors().col(k).dot(errors)) / eigen.eigenvalues()[k];
-  return chi2;
+    if (determined->point(static_cast<int>(i)).allFinite())
+      points.push_back({Target::of_point(static_cast<int>(i)),
+                        scene.lamps[static_cast<std::size_t>(truth[i])].centre_m});
+  const Network network = aligned(survey.adjustment.network, points);
+  const auto known = precision(network);
+  if (!known.ok()) return infinity;
+  const auto count = static_cast<Eigen::Index>(points.size());
+  Eigen::VectorXd errors(3 * count);
+  Eigen::MatrixXd by_similarity(3 * count, 7);  // change of the positions
+  std::vector<Target> targets;
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const CheckPoint& point = points[static_cast<std::size_t>(i)];
+    targets.push_back(point.target);
+    errors.segment<3>(3 * i) = network.position_m(point.target) - point.position_m;
+    by_similarity.middleRows<3>(3 * i) << Eigen::Matrix3d::Identity(), skew(point.position_m),
+        point.position_m;
+  }
+  dof = static_cast<int>(3 * count) - 7;
+  const Eigen::MatrixXd q = by_similarity.householderQr().householderQ();
+  const Eigen::MatrixXd free = q.rightCols(dof);
+  const Eigen::MatrixXd covariance = std::max(1.0, square(survey.adjustment.sigma0)) *
+                                     free.transpose() * known->joint(targets) * free;
+  const Eigen::VectorXd reduced = free.transpose() * errors;
+  return reduced.dot(covariance.ldlt().solve(reduced));
 }
 
 TEST(SlowSurveyLinks, NeverAWrongMap) {

@@ -12,6 +12,9 @@
 #include "libocc/core/math.hpp"
 #include "libocc/core/random.hpp"
 #include "libocc/geometry/rigid.hpp"
+#include "libocc/geometry/so3.hpp"
+#include "libocc/network/datum.hpp"
+#include "libocc/network/network_statistics.hpp"
 #include "libocc/survey/survey.hpp"
 #include "tests/support/measured_blobs.hpp"
 
@@ -194,6 +197,29 @@ inline SurveyOptions with_distance(const Scene& scene, const std::vector<MadePic
   const double length = (scene.lamps[truth[0]].centre_m - scene.lamps[truth[last]].centre_m).norm();
   options.distances = {{0, last, length, 1e-4}};
   return options;
+}
+
+/// The network after the similarity that brings its points nearest to the check points.
+inline Network aligned(const Network& network, const std::vector<CheckPoint>& points) {
+  Vector3d from = Vector3d::Zero(), to = from;
+  const double count = static_cast<double>(points.size());
+  for (const CheckPoint& point : points) {
+    from += network.position_m(point.target) / count;
+    to += point.position_m / count;
+  }
+  Eigen::Matrix3d product = Eigen::Matrix3d::Zero();
+  double spread_from = 0, spread_to = 0;
+  for (const CheckPoint& point : points) {
+    const Vector3d a = network.position_m(point.target) - from, b = point.position_m - to;
+    product += b * a.transpose();
+    spread_from += a.squaredNorm();
+    spread_to += b.squaredNorm();
+  }
+  Similarity similarity;
+  similarity.rotation = nearest_rotation(product);
+  similarity.scale = std::sqrt(spread_to / spread_from);
+  similarity.translation = to - similarity.scale * (similarity.rotation * from);
+  return transformed(network, similarity);
 }
 
 /// Pictures of a camera that moves slowly below the lamps and turns, as frames of a video.
