@@ -161,6 +161,12 @@ Network transformed_keeping_lengths(Network network, const Similarity& similarit
   return moved;
 }
 
+/// Rotation vector from one outline to another; of a round one, the smallest between the normals.
+Vector3d rotation_between(const NetworkOutline& from, const NetworkOutline& to) {
+  const Matrix3d &a = from.world_from_outline, &b = to.world_from_outline;
+  return so3_log(from.is_round ? shortest_rotation(a.col(2), b.col(2)) : b * a.transpose());
+}
+
 }  // namespace
 
 void check_datum(const Network& network, const Datum& datum) {
@@ -293,12 +299,16 @@ Result<Network> in_datum(const Network& network, const Network& reference, const
       if (!conditions) return fail("the datum's targets do not determine it");
       MatrixXd jacobian = MatrixXd::Zero(defect.total(), defect.total());
       Eigen::VectorXd misclosure = Eigen::VectorXd::Zero(defect.total());
+      const Index rows = conditions->rows.empty() ? 0 : conditions->rows[0].rows();
+      jacobian.topRows(rows) = datum_normal_matrix(*conditions, result.value, defect);
       for (std::size_t k = 0; k < conditions->targets.size(); ++k) {
-        const Vector3d position = result.value.position_m(conditions->targets[k]);
-        misclosure.head(conditions->rows[k].rows()) +=
-            conditions->rows[k] * (position - reference.position_m(conditions->targets[k]));
-        jacobian.topRows(conditions->rows[k].rows()) +=
-            internal::core::product(conditions->rows[k], similarity_jacobian(defect, position));
+        const Target& target = conditions->targets[k];
+        misclosure.head(rows) +=
+            conditions->rows[k] * (result.value.position_m(target) - reference.position_m(target));
+        if (!conditions->outline_rows[k].isZero(0))
+          misclosure.head(rows) += conditions->outline_rows[k] *
+                                   rotation_between(*reference.points[target.point].outline,
+                                                    *result.value.points[target.point].outline);
       }
       if (!conditions->distance.empty()) {
         const Vector3d from = result.value.position_m(conditions->distance[0]);

@@ -12,7 +12,8 @@
 // (Baarda, "S-transformations and criterion matrices", 1973; Koch, "Parameter estimation and
 // hypothesis testing in linear models", 1999, section 3.3). Inner constraints over points (B = G in
 // their rows, zero elsewhere) give the least trace of the points' covariance (Meissl 1962). All
-// points have the same weight; unknowns with other units have no part in them.
+// points have the same weight. The rotation of an unknown outline counts with the outline's size as
+// arm, so that outlines determine the rotation about a line of points; other unknowns have no part.
 #pragma once
 
 #include <Eigen/Core>

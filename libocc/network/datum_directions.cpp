@@ -62,15 +62,23 @@ MatrixXd without_scale(const DatumDefect& defect) {
   return svd.matrixV().rightCols(scale.size() - 1);
 }
 
-/// Inner constraints over some targets, for some combinations of the defect's directions.
-DatumConditions inner(const Network& network, const std::vector<Target>& targets,
-                      const DatumDefect& defect, const MatrixXd& directions) {
+/// Inner constraints over some targets, for some combinations of the defect's directions. The
+/// rotation of an outline counts with its size as arm.
+DatumConditions inner(const Network& network, const NetworkLayout& layout,
+                      const std::vector<Target>& targets, const DatumDefect& defect,
+                      const MatrixXd& directions) {
   DatumConditions conditions;
   conditions.targets = targets;
-  for (const Target& target : targets)
+  const MatrixXd rotations = core::product(defect.directions.topRows<3>(), directions).transpose();
+  for (const Target& target : targets) {
     conditions.rows.push_back(
         core::product(similarity_jacobian(defect, network.position_m(target)), directions)
             .transpose());
+    const bool has_outline = target.body < 0 && layout.point_sizes[target.point] > 3;
+    const double squared_arm =
+        has_outline ? network.points[target.point].outline->size_m.prod() : 0;
+    conditions.outline_rows.push_back(squared_arm * rotations);
+  }
   return conditions;
 }
 
@@ -85,8 +93,8 @@ std::optional<DatumConditions> minimal(const Network& network, const std::vector
   if (qr.rank() < defect.total()) return std::nullopt;
   DatumConditions conditions;
   conditions.targets = targets;
-  for (std::size_t k = 0; k < targets.size(); ++k)
-    conditions.rows.emplace_back(MatrixXd::Zero(defect.total(), 3));
+  conditions.rows.assign(targets.size(), MatrixXd::Zero(defect.total(), 3));
+  conditions.outline_rows = conditions.rows;
   for (Index k = 0; k < defect.total(); ++k) {
     const Index chosen = qr.colsPermutation().indices()[k];
     conditions.rows[chosen / 3](k, chosen % 3) = 1;
@@ -155,6 +163,22 @@ MatrixXd datum_null_space(const Network& network, const NetworkLayout& layout,
   return columns;
 }
 
+MatrixXd datum_normal_matrix(const DatumConditions& conditions, const Network& network,
+                             const DatumDefect& defect) {
+  const Index rows = conditions.rows.empty() ? 0 : conditions.rows[0].rows();
+  MatrixXd normal = MatrixXd::Zero(rows, defect.total());
+  for (std::size_t k = 0; k < conditions.targets.size(); ++k) {
+    const Target& target = conditions.targets[k];
+    normal +=
+        core::product(conditions.rows[k], similarity_jacobian(defect, network.position_m(target)));
+    if (conditions.outline_rows[k].isZero(0)) continue;
+    const Matrix3Xd axes = rotation_axes(*network.points[target.point].outline);
+    normal += core::product(core::product(conditions.outline_rows[k], axes),
+                            core::product(axes.transpose(), defect.directions.topRows<3>()));
+  }
+  return normal;
+}
+
 std::optional<DatumConditions> datum_conditions(const Network& network, const NetworkLayout& layout,
                                                 const Datum& datum, const DatumDefect& defect) {
   const MatrixXd all = MatrixXd::Identity(defect.total(), defect.total());
@@ -174,7 +198,7 @@ std::optional<DatumConditions> datum_conditions(const Network& network, const Ne
       if (datum.targets.empty()) targets = distant_targets(network, all_targets);
       if (targets.size() < 2) return std::nullopt;
       const MatrixXd unscaled = without_scale(defect);
-      DatumConditions conditions = inner(network, all_targets, defect, unscaled);
+      DatumConditions conditions = inner(network, layout, all_targets, defect, unscaled);
       if (unscaled.cols() < defect.total()) conditions.distance = {targets[0], targets[1]};
       return conditions;
     }
@@ -182,13 +206,11 @@ std::optional<DatumConditions> datum_conditions(const Network& network, const Ne
       break;
   }
   if (datum.targets.empty()) targets = all_targets;
-  DatumConditions conditions = inner(network, targets, defect, all);
-  MatrixXd normal = MatrixXd::Zero(defect.total(), defect.total());
-  for (const auto& rows : conditions.rows) normal += core::product_transposed(rows, rows);
-  const auto svd = core::jacobi_svd<MatrixXd>(normal);
+  if (targets.empty()) return std::nullopt;
+  DatumConditions conditions = inner(network, layout, targets, defect, all);
+  const auto svd = core::jacobi_svd<MatrixXd>(datum_normal_matrix(conditions, network, defect));
   const auto& singular_values = svd.singularValues();
-  if (targets.empty() || !(singular_values.minCoeff() > 1e-12 * singular_values.maxCoeff()))
-    return std::nullopt;
+  if (!(singular_values.minCoeff() > 1e-12 * singular_values.maxCoeff())) return std::nullopt;
   return conditions;
 }
 
@@ -202,8 +224,14 @@ MatrixXd condition_matrix(const DatumConditions& conditions, const Network& netw
     all.block(offset, first, layout.size_of(target), rows.rows()) +=
         (rows * target_jacobian(network, layout, state, target)).transpose();
   };
-  for (std::size_t k = 0; k < conditions.targets.size(); ++k)
-    add(conditions.targets[k], 0, conditions.rows[k]);
+  for (std::size_t k = 0; k < conditions.targets.size(); ++k) {
+    const Target& target = conditions.targets[k];
+    add(target, 0, conditions.rows[k]);
+    if (conditions.outline_rows[k].isZero(0) || layout.offset_of(target) == none) continue;
+    const Matrix3Xd axes = rotation_axes(state.outlines[target.point]);
+    all.block(layout.offset_of(target) + 3, 0, axes.cols(), count) =
+        (conditions.outline_rows[k] * axes).transpose();
+  }
   if (!conditions.distance.empty()) {
     const Target &from = conditions.distance[0], &to = conditions.distance[1];
     const Eigen::RowVector3d along =

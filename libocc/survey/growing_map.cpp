@@ -150,6 +150,11 @@ std::vector<MapMatch> GrowingMap::without_fast_motions(int picture,
         angles.push_back(std::atan2(a.cross(b).norm(), a.dot(b)));
       }
       if (median(angles) > options_.max_motion_rad) return true;
+      // The lamps of a corridor have much the same directions in a camera that looks back from its
+      // other end.
+      constexpr double max_turn = 4;  // over max_motion_rad
+      const Matrix3d turn = match.cam_from_map.rotation * before.rotation.transpose();
+      if (so3_log(turn).norm() > max_turn * options_.max_motion_rad) return true;
     }
     return false;
   };
@@ -205,6 +210,7 @@ bool GrowingMap::join(int picture) {
   limit_by_codes(picture, candidates);
   std::vector<MapMatch> matches =
       match_picture(pictures_[picture], map_, pictures_, camera_, candidates);
+  const bool has_matches = !matches.empty();
   if (neighbour >= 0) matches = without_fast_motions(picture, std::move(matches));
   // That neighbours show the same lamps is expected; of other pictures it is not (odds of 30).
   const double max_log10 = options_.max_log10_false_alarms + (neighbour >= 0 ? 1.5 : 0);
@@ -218,7 +224,10 @@ bool GrowingMap::join(int picture) {
     reasons_[picture] = "held back: it matches the map in " + std::to_string(verdict.ways) +
                         " ways, because the lamps are arranged regularly";
   } else if (matches.empty()) {
-    reasons_[picture] = "it does not match the map";
+    reasons_[picture] =
+        has_matches ? "it matches the map, but with a motion from its neighbour of more than "
+                      "max_motion_rad: the camera moved too fast, or pictures are missing"
+                    : "it does not match the map";
   } else {
     reasons_[picture] = "its best match with the map, of " + std::to_string(matches[0].matches) +
                         " lamps with " + std::to_string(matches[0].contradictions) +

@@ -21,11 +21,12 @@ using Eigen::Matrix3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double gate_chi2_3 = 21.1;   // exceeded by a correct match with probability 1e-4, 3 dof
-constexpr double side_sigmas = 4;      // tolerance of the sides of a triangle
-constexpr int max_triples = 300;       // of a picture, largest first; 12 lamps have 220
-constexpr int max_hypotheses = 4000;   // refined for one picture
-constexpr double missing_log10 = 1.3;  // a lamp is dark or hidden with probability 1/20
+constexpr double gate_chi2_3 = 21.1;  // exceeded by a correct match with probability 1e-4, 3 dof
+constexpr double side_sigmas = 4;     // tolerance of the sides of a triangle
+constexpr int max_triples = 300;      // of a picture, largest first; 12 lamps have 220
+constexpr int max_hypotheses = 4000;  // refined for one picture
+constexpr double normal_sigma_rad = 0.3;  // of a lamp seen from below, and of lamps that hang askew
+constexpr double missing_log10 = 1.3;     // a lamp is dark or hidden with probability 1/20
 
 struct Triple {
   std::array<int, 3> of{};
@@ -75,6 +76,10 @@ class Matcher {
                      std::max(1.0, static_cast<double>(lamps_of_view_[j].size()) - 1) *
                      std::max(1.0, static_cast<double>(lamps_of_view_[k].size()) - 2);
     log10_triples_ = std::log10(std::max(1.0, triples));
+    std::vector<Vector3d> normals;
+    for (const LampShapeView& view : picture.views)
+      normals.insert(normals.end(), view.normals.begin(), view.normals.end());
+    common_normal_ = consensus_direction(normals);
   }
 
   std::vector<MapMatch> run() {
@@ -86,6 +91,14 @@ class Matcher {
   }
 
  private:
+  /// Normal of a view that is nearest to a direction.
+  const Vector3d& nearest_normal(int view, const Vector3d& direction) const {
+    const std::vector<Vector3d>& normals = picture_.views[view].normals;
+    return *std::max_element(
+        normals.begin(), normals.end(),
+        [&](const Vector3d& a, const Vector3d& b) { return a.dot(direction) < b.dot(direction); });
+  }
+
   Vector3d position(int view, int lamp) const {
     return view_position(picture_.views[view], map_.lamps[lamp].size);
   }
@@ -143,10 +156,15 @@ class Matcher {
       from += map_.lamps[lamps[n]].position / 3;
       to += position(views[n], lamps[n]) / 3;
     }
-    Matrix3d product = Matrix3d::Zero();
-    for (std::size_t n = 0; n < 3; ++n)
+    Matrix3d product = Matrix3d::Zero(), by_normals = Matrix3d::Zero();
+    for (std::size_t n = 0; n < 3; ++n) {
       product +=
           (position(views[n], lamps[n]) - to) * (map_.lamps[lamps[n]].position - from).transpose();
+      by_normals +=
+          nearest_normal(views[n], common_normal_) * map_.lamps[lamps[n]].normal.transpose();
+    }
+    constexpr double normal_weight = 0.01;  // enough for lamps on a line
+    product += normal_weight * product.norm() * by_normals;
     MapMatch match;
     match.cam_from_map.rotation = nearest_rotation(product);
     match.cam_from_map.translation = to - match.cam_from_map.rotation * from;
@@ -181,6 +199,13 @@ class Matcher {
         const Matrix3d weight = core::inverse<Matrix3d>(at.covariance);
         information += at.jacobian.transpose() * weight * at.jacobian;
         gradient += at.jacobian.transpose() * (weight * at.error);
+        // Normals determine the rotation about a line of lamps.
+        const Vector3d normal =
+            match.cam_from_map.rotation * map_.lamps[match.lamp_of_view[v]].normal;
+        const Matrix3d turn = skew(normal);
+        const Vector3d error = nearest_normal(static_cast<int>(v), normal) - normal;
+        information.topLeftCorner<3, 3>() -= turn * turn / square(normal_sigma_rad);
+        gradient.head<3>() -= turn * error / square(normal_sigma_rad);
       }
       const core::Cholesky<Matrix6> factors(information);
       if (!factors.exists()) return false;
@@ -320,6 +345,7 @@ class Matcher {
   const std::vector<PictureViews>& pictures_;
   const Camera& camera_;
   std::vector<std::vector<int>> lamps_of_view_;
+  Vector3d common_normal_;  // of the picture's lamps, camera frame
   double field_sr_ = 1, field_ = 1, log10_triples_ = 0;
   std::set<std::pair<int, std::vector<int>>> tried_;
   std::set<std::vector<int>> final_;

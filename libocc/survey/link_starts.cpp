@@ -70,6 +70,18 @@ int GrowingMap::linked_blobs(int picture) const {
   return count;
 }
 
+bool GrowingMap::links_are_on_a_line(int picture) const {
+  Matrix3d sum = Matrix3d::Zero();
+  for (std::size_t b = 0; b < input_[picture].blobs.size(); ++b) {
+    const auto bearing = camera_.unproject(input_[picture].blobs[b].centroid_px);
+    if (bearing && links_.link(picture, static_cast<int>(b)) >= 0)
+      sum += *bearing * bearing->transpose();
+  }
+  constexpr double max_width = 0.03;  // over the length, far beyond the noise of a distant corridor
+  const Vector3d spread = core::symmetric_eigen<Matrix3d>(sum).eigenvalues();
+  return spread[0] < square(max_width) * spread[1];
+}
+
 std::vector<PointStarts> GrowingMap::link_starts() const {
   std::vector<PixelsOfPoints> pixels(input_.size());
   for (std::size_t i = 0; i < input_.size(); ++i)

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "libocc/core/internal/dense.hpp"
 #include "libocc/core/math.hpp"
 #include "libocc/core/statistics.hpp"
 #include "libocc/formation/rim.hpp"
@@ -40,6 +41,16 @@ std::optional<ShapeOfViews> adjusted_shape(const NetworkPoint& point,
   found.lamp.tilt_sigma_rad =
       std::sqrt(variances.segment(3, variances.size() - 3 - sizes).maxCoeff());
   return found;
+}
+
+bool are_on_a_line(const std::vector<Vector3d>& positions) {
+  constexpr double max_width = 0.1;  // over the length
+  Vector3d mean = Vector3d::Zero();
+  for (const Vector3d& at : positions) mean += at / static_cast<double>(positions.size());
+  Matrix3d scatter = Matrix3d::Zero();
+  for (const Vector3d& at : positions) scatter += (at - mean) * (at - mean).transpose();
+  const Vector3d spread = core::symmetric_eigen<Matrix3d>(scatter).eigenvalues();
+  return spread[1] < square(max_width) * spread[2];
 }
 
 }  // namespace
@@ -88,6 +99,8 @@ Network GrowingMap::network_of(const KnownLengths& lengths) {
     network.points.push_back(
         {"lamp " + std::to_string(id), map_.lamps[order_[id]].position, false});
   }
+  const bool with_rims = with_rims_ || shows_a_line();
+  if (with_rims && shapes_.empty()) fit_shapes();
   for (const PlacedPicture& placed : map_.placed) {
     const SurveyPicture& picture = input_[placed.picture];
     const int image = network.add_image(picture.name, 0, placed.cam_from_map);
@@ -101,7 +114,7 @@ Network GrowingMap::network_of(const KnownLengths& lengths) {
       observation.pixel = blob.centroid_px + centre_correction(lamp, placed.cam_from_map);
       observation.sigma_px =
           (blob.covariance_px2.diagonal().array().max(0.0) + square(model_sigma_px_)).sqrt();
-      add_rim(placed, static_cast<int>(b), network, observation);
+      if (with_rims) add_rim(placed, static_cast<int>(b), network, observation);
       network.observations.push_back(observation);
     }
   }
@@ -115,7 +128,7 @@ Network GrowingMap::network_of(const KnownLengths& lengths) {
 void GrowingMap::add_rim(const PlacedPicture& placed, int blob, Network& network,
                          ImageObservation& observation) const {
   const int lamp = placed.lamp_of[blob];
-  if (!with_rims_ || lamp >= static_cast<int>(shapes_.size()) || !shapes_[lamp]) return;
+  if (lamp >= static_cast<int>(shapes_.size()) || !shapes_[lamp]) return;
   const Blob& seen = input_[placed.picture].blobs[blob];
   const std::vector<LampShapeView>& views = pictures_[placed.picture].views;
   const bool is_of_shape = std::any_of(views.begin(), views.end(), [&](const LampShapeView& view) {
@@ -135,6 +148,40 @@ void GrowingMap::add_rim(const PlacedPicture& placed, int blob, Network& network
   network.points[observation.target.point].outline = outline_of(*shapes_[lamp]);
 }
 
+bool GrowingMap::shows_a_line() const {
+  return std::any_of(map_.placed.begin(), map_.placed.end(), [&](const PlacedPicture& placed) {
+    std::vector<Vector3d> at;
+    for (const int lamp : placed.lamp_of)
+      if (lamp >= 0 && point_of_lamp_[lamp] >= 0) at.push_back(map_.lamps[lamp].position);
+    return are_on_a_line(at);
+  });
+}
+
+std::optional<ShapeOfViews> GrowingMap::fitted_shape(int lamp) const {
+  std::vector<ViewInPicture> views;
+  for (const PlacedPicture& placed : map_.placed)
+    for (const LampShapeView& view : pictures_[placed.picture].views)
+      if (placed.lamp_of[view.blob] == lamp)
+        views.push_back({&view, &input_[placed.picture].blobs[view.blob], placed.cam_from_map});
+  if (views.empty()) return std::nullopt;
+  return shape_of_views(map_.lamps[lamp].position, map_.lamps[lamp].shape, views, camera_);
+}
+
+void GrowingMap::set_shape(int lamp, const ShapeOfViews& found) {
+  MapLamp& known = map_.lamps[lamp];
+  known.normal = found.lamp.normal;
+  known.size = found.size;
+  if (!found.is_fitted) return;
+  known.size_sigma = std::min(options_.size_spread, found.lamp.size_sigma);
+  shapes_[lamp] = found.lamp;
+}
+
+void GrowingMap::fit_shapes() {
+  shapes_.assign(map_.lamps.size(), std::nullopt);
+  for (const int lamp : order_)
+    if (const auto found = fitted_shape(lamp)) set_shape(lamp, *found);
+}
+
 void GrowingMap::update_shapes(const Network& network) {
   std::vector<bool> has_outline(network.points.size(), false);  // one that is adjusted
   for (const OutlineObservation& outline : network.outlines) {
@@ -145,26 +192,13 @@ void GrowingMap::update_shapes(const Network& network) {
   before.swap(shapes_);
   shapes_.assign(map_.lamps.size(), std::nullopt);
   for (int lamp = 0; lamp < static_cast<int>(map_.lamps.size()); ++lamp) {
-    MapLamp& known = map_.lamps[lamp];
     const int point = point_of_lamp_[lamp];
     if (point < 0) continue;
     std::optional<ShapeOfViews> found;
     if (has_outline[point])
       found = adjusted_shape(network.points[point], precision_->outline(point), *before[lamp]);
-    if (!found) {
-      std::vector<ViewInPicture> views;
-      for (const PlacedPicture& placed : map_.placed)
-        for (const LampShapeView& view : pictures_[placed.picture].views)
-          if (placed.lamp_of[view.blob] == lamp)
-            views.push_back({&view, &input_[placed.picture].blobs[view.blob], placed.cam_from_map});
-      if (views.empty()) continue;
-      found = shape_of_views(known.position, known.shape, views, camera_);
-    }
-    known.normal = found->lamp.normal;
-    known.size = found->size;
-    if (!found->is_fitted) continue;
-    known.size_sigma = std::min(options_.size_spread, found->lamp.size_sigma);
-    shapes_[lamp] = found->lamp;
+    if (!found) found = fitted_shape(lamp);
+    if (found) set_shape(lamp, *found);
   }
 }
 

@@ -110,9 +110,13 @@ class SurveyRun {
   /// picture.
   bool choose_start() {
     const int by_rims = start_from_rims();
-    for (int i = 0; i < static_cast<int>(pictures_.size()); ++i)
-      linked_ += growing_.linked_blobs(i) >= min_views;
-    if (linked_ < 2 || linked_ <= by_rims) return by_rims >= 2;
+    int with_pose = 0;
+    for (int i = 0; i < static_cast<int>(pictures_.size()); ++i) {
+      if (growing_.linked_blobs(i) < min_views) continue;
+      ++linked_;
+      with_pose += !growing_.links_are_on_a_line(i);
+    }
+    if (with_pose < 2 || with_pose <= by_rims) return by_rims >= 2;
     by_links_ = internal::survey::start_from_links(growing_);
     if (by_links_ == LinkStart::started && growing_.placed() > by_rims) return true;
     if (by_rims < 2) return false;
@@ -163,7 +167,7 @@ class SurveyRun {
           std::to_string(candidates_) + " of " + std::to_string(pictures_.size()) +
           " pictures show four whole lamps with measured rims; the minimum is two" +
           (linked_ > 0 ? "; tracks and ids of lamps determine no map: two pictures must "
-                         "show four such lamps from different places"
+                         "show four such lamps, not on one line, from different places"
                        : "");
     } else if (ambiguous > 0) {
       result.status = Status::ambiguous;

@@ -72,7 +72,9 @@ struct LIBOCC_API SurveyOptions {
   /// between neighbours that exceed max_motion_rad are then excluded, which decides between the
   /// symmetric matches of regular arrangements.
   bool ordered = false;
-  double max_motion_rad = 0.25;  ///< median change of the lamps' directions between neighbours
+  /// Median change of the lamps' directions between neighbours; the camera turns by less than four
+  /// times this angle.
+  double max_motion_rad = 0.25;
   /// Time between the exposures of two rows (rolling shutter) of `ordered` pictures with times. The
   /// motion between neighbours is assumed to be uniform. 0: all rows at once.
   double row_time_s = 0;

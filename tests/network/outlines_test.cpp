@@ -236,6 +236,28 @@ TEST(Outlines, OfAFreeNetworkKeepTheDefect) {
   EXPECT_NEAR(a->outline(0)(5, 5), b->outline(0)(5, 5), 1e-9);
 }
 
+/// Two points leave a rotation open, which their outlines determine.
+TEST(Outlines, OfTwoPointsDetermineADatum) {
+  Network network = network_with_outlines({});
+  network.stations[0].fixed = network.stations[3].fixed = false;
+  Similarity similarity;
+  similarity.scale = 1.2;
+  similarity.rotation = so3_exp(Vector3d(0.1, -0.2, 0.15));
+  similarity.translation = Vector3d(0.1, 0.2, -0.3);
+  Network without = network;
+  without.outlines.clear();
+  for (const int first : {0, 1}) {  // round ones, others
+    const Datum datum{DatumKind::inner, {Target::of_point(first), Target::of_point(first + 2)}};
+    EXPECT_EQ(precision(without, datum).status, Status::degenerate);
+    const Result<Precision> known = precision(network, datum);
+    ASSERT_EQ(known.status, Status::ok) << known.message;
+    EXPECT_TRUE(known->outline(first).allFinite());
+    const Result<Network> back = in_datum(transformed(network, similarity), network, datum);
+    ASSERT_EQ(back.status, Status::ok) << back.message;
+    EXPECT_LT(test::worst_distance(*back, network), 1e-9);
+  }
+}
+
 TEST(Outlines, ImproveThePoses) {
   const Network truth = network_with_outlines({});
   Network without = truth;

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <map>
 
 #include "libocc/core/statistics.hpp"
 #include "libocc/network/precision.hpp"
@@ -242,56 +241,6 @@ Scene random_room(Random& random, int count, bool flat) {
       lamps.push_back(at);
   }
   return room_of(lamps);
-}
-
-/// Lamp of the scene that most blobs of each lamp of the survey show.
-std::vector<int> truth_by_majority(const Survey& survey, const std::vector<MadePicture>& made) {
-  std::vector<std::map<int, int>> counts(survey.lamps.size());
-  for (std::size_t i = 0; i < made.size(); ++i)
-    for (std::size_t b = 0; b < made[i].lamps.size(); ++b)
-      if (const int id = survey.lamp_of_blob[i][b]; id >= 0)
-        ++counts[static_cast<std::size_t>(id)][made[i].lamps[b]];
-  std::vector<int> truth;
-  for (const auto& of_lamp : counts)
-    truth.push_back(std::max_element(of_lamp.begin(), of_lamp.end(), [](auto& a, auto& b) {
-                      return a.second < b.second;
-                    })->first);
-  return truth;
-}
-
-/// Squared errors of the positions over their covariance, free of the similarity between map and
-/// scene; sets `dof`. Distances would not do: those of lamps in one plane do not change with small
-/// errors across it.
-double shape_chi2(const Survey& survey, const Scene& scene, const std::vector<int>& truth,
-                  int& dof) {
-  std::vector<CheckPoint> points;  // those that are determined, as in a scene of the survey
-  const auto determined = precision(survey.adjustment.network);
-  if (!determined.ok()) return infinity;
-  for (std::size_t i = 0; i < truth.size(); ++i)
-    if (determined->point(static_cast<int>(i)).allFinite())
-      points.push_back({Target::of_point(static_cast<int>(i)),
-                        scene.lamps[static_cast<std::size_t>(truth[i])].centre_m});
-  const Network network = aligned(survey.adjustment.network, points);
-  const auto known = precision(network);
-  if (!known.ok()) return infinity;
-  const auto count = static_cast<Eigen::Index>(points.size());
-  Eigen::VectorXd errors(3 * count);
-  Eigen::MatrixXd by_similarity(3 * count, 7);  // change of the positions
-  std::vector<Target> targets;
-  for (Eigen::Index i = 0; i < count; ++i) {
-    const CheckPoint& point = points[static_cast<std::size_t>(i)];
-    targets.push_back(point.target);
-    errors.segment<3>(3 * i) = network.position_m(point.target) - point.position_m;
-    by_similarity.middleRows<3>(3 * i) << Eigen::Matrix3d::Identity(), skew(point.position_m),
-        point.position_m;
-  }
-  dof = static_cast<int>(3 * count) - 7;
-  const Eigen::MatrixXd q = by_similarity.householderQr().householderQ();
-  const Eigen::MatrixXd free = q.rightCols(dof);
-  const Eigen::MatrixXd covariance = std::max(1.0, square(survey.adjustment.sigma0)) *
-                                     free.transpose() * known->joint(targets) * free;
-  const Eigen::VectorXd reduced = free.transpose() * errors;
-  return reduced.dot(covariance.ldlt().solve(reduced));
 }
 
 TEST(SlowSurveyLinks, NeverAWrongMap) {

@@ -5,7 +5,9 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
+#include <algorithm>
 #include <cmath>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -15,6 +17,7 @@
 #include "libocc/geometry/so3.hpp"
 #include "libocc/network/datum.hpp"
 #include "libocc/network/network_statistics.hpp"
+#include "libocc/network/precision.hpp"
 #include "libocc/survey/survey.hpp"
 #include "tests/support/measured_blobs.hpp"
 
@@ -220,6 +223,57 @@ inline Network aligned(const Network& network, const std::vector<CheckPoint>& po
   similarity.scale = std::sqrt(spread_to / spread_from);
   similarity.translation = to - similarity.scale * (similarity.rotation * from);
   return transformed(network, similarity);
+}
+
+/// Lamp of the scene that most blobs of each lamp of the survey show.
+inline std::vector<int> truth_by_majority(const Survey& survey,
+                                          const std::vector<MadePicture>& made) {
+  std::vector<std::map<int, int>> counts(survey.lamps.size());
+  for (std::size_t i = 0; i < made.size(); ++i)
+    for (std::size_t b = 0; b < made[i].lamps.size(); ++b)
+      if (const int id = survey.lamp_of_blob[i][b]; id >= 0)
+        ++counts[static_cast<std::size_t>(id)][made[i].lamps[b]];
+  std::vector<int> truth;
+  for (const auto& of_lamp : counts)
+    truth.push_back(std::max_element(of_lamp.begin(), of_lamp.end(), [](auto& a, auto& b) {
+                      return a.second < b.second;
+                    })->first);
+  return truth;
+}
+
+/// Squared errors of the positions over their covariance, free of the similarity between map and
+/// scene; sets `dof`. Distances would not do: those of lamps in one plane do not change with small
+/// errors across it.
+inline double shape_chi2(const Survey& survey, const Scene& scene, const std::vector<int>& truth,
+                         int& dof) {
+  std::vector<CheckPoint> points;  // those that are determined, as in a scene of the survey
+  const auto determined = precision(survey.adjustment.network);
+  if (!determined.ok()) return infinity;
+  for (std::size_t i = 0; i < truth.size(); ++i)
+    if (determined->point(static_cast<int>(i)).allFinite())
+      points.push_back({Target::of_point(static_cast<int>(i)),
+                        scene.lamps[static_cast<std::size_t>(truth[i])].centre_m});
+  const Network network = aligned(survey.adjustment.network, points);
+  const auto known = precision(network);
+  if (!known.ok()) return infinity;
+  const auto count = static_cast<Eigen::Index>(points.size());
+  Eigen::VectorXd errors(3 * count);
+  Eigen::MatrixXd by_similarity(3 * count, 7);  // change of the positions
+  std::vector<Target> targets;
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const CheckPoint& point = points[static_cast<std::size_t>(i)];
+    targets.push_back(point.target);
+    errors.segment<3>(3 * i) = network.position_m(point.target) - point.position_m;
+    by_similarity.middleRows<3>(3 * i) << Eigen::Matrix3d::Identity(), skew(point.position_m),
+        point.position_m;
+  }
+  dof = static_cast<int>(3 * count) - 7;
+  const Eigen::MatrixXd q = by_similarity.householderQr().householderQ();
+  const Eigen::MatrixXd free = q.rightCols(dof);
+  const Eigen::MatrixXd covariance = std::max(1.0, square(survey.adjustment.sigma0)) *
+                                     free.transpose() * known->joint(targets) * free;
+  const Eigen::VectorXd reduced = free.transpose() * errors;
+  return reduced.dot(covariance.ldlt().solve(reduced));
 }
 
 /// Pictures of a camera that moves slowly below the lamps and turns, as frames of a video.

@@ -155,6 +155,21 @@ TEST(Survey, NamesFramesAfterAJumpOfTheCamera) {
   EXPECT_FALSE(found->omissions.empty());
 }
 
+TEST(Survey, NamesFramesOfAFastMotion) {
+  const Scene scene = uneven_room();
+  std::vector<Rigid3> poses;
+  auto made = video(scene, 48, 8, poses);
+  made.erase(made.begin() + 21, made.begin() + 25);  // half a radian of turn is missing
+  SurveyOptions options;
+  options.ordered = true;
+  const auto found = survey(pictures_of(made), scene.camera, options);
+  ASSERT_TRUE(found.ok()) << found.message;
+  EXPECT_TRUE(std::any_of(found->omissions.begin(), found->omissions.end(),
+                          [](const SurveyOmission& omission) {
+                            return omission.reason.find("moved too fast") != std::string::npos;
+                          }));
+}
+
 /// Frames of a camera with a rolling shutter that turns and moves below the lamps.
 std::vector<MadePicture> rolling_video(const Scene& scene, double row_time_s, int count) {
   Random random(6);

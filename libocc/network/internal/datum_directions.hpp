@@ -22,13 +22,20 @@ Eigen::MatrixXd datum_null_space(const Network& network, const NetworkLayout& la
 /// Derivative of a point's position with respect to the defect's directions: 3 x defect [m].
 Eigen::Matrix3Xd similarity_jacobian(const DatumDefect& defect, const Eigen::Vector3d& position_m);
 
-/// Conditions on the displacements d_k of some targets: sum over k of rows_k d_k = 0. If `distance`
-/// is not empty, one more condition follows these rows: the distance of the two targets is kept.
+/// Conditions on the displacements d_k of some targets, and on the rotations w_k of their outlines:
+/// sum over k of rows_k d_k + outline_rows_k w_k = 0. If `distance` is not empty, one more
+/// condition follows these rows: the distance of the two targets is kept.
 struct DatumConditions {
+  using Rows = Eigen::Matrix<double, Eigen::Dynamic, 3>;
   std::vector<Target> targets;
-  std::vector<Eigen::Matrix<double, Eigen::Dynamic, 3>> rows;
-  std::vector<Target> distance;  ///< none or two
+  std::vector<Rows> rows, outline_rows;  ///< zero for targets without an unknown outline
+  std::vector<Target> distance;          ///< none or two
 };
+
+/// Sum over the targets of the rows times their similarity_jacobian(), and of the outline_rows
+/// times the rotation of their outlines.
+Eigen::MatrixXd datum_normal_matrix(const DatumConditions& conditions, const Network& network,
+                                    const DatumDefect& defect);
 
 /// Nothing when the targets do not determine the datum.
 std::optional<DatumConditions> datum_conditions(const Network& network, const NetworkLayout& layout,

@@ -14,6 +14,7 @@
 #include "libocc/survey/internal/known_lengths.hpp"
 #include "libocc/survey/internal/lamp_links.hpp"
 #include "libocc/survey/internal/lamp_map.hpp"
+#include "libocc/survey/internal/shape_fit.hpp"
 #include "libocc/survey/survey.hpp"
 
 namespace occ::internal::survey {
@@ -69,6 +70,8 @@ class GrowingMap {
   int views(int picture) const { return static_cast<int>(pictures_[picture].views.size()); }
   /// Numbers of blobs with a link.
   int linked_blobs(int picture) const;
+  /// True if the blobs with a link are on one line, so that they do not determine a pose.
+  bool links_are_on_a_line(int picture) const;
   int placed() const { return static_cast<int>(map_.placed.size()); }
   const LampMap& map() const { return map_; }
   /// Lamps that two pictures show, in the order of the pictures: the points of the network.
@@ -111,6 +114,12 @@ class GrowingMap {
   void update_from(const Adjustment& adjustment);
   void add_rim(const PlacedPicture& placed, int blob, Network& network,
                ImageObservation& observation) const;
+  /// True if a picture shows lamps on one line only. Their centres leave the rotation about the
+  /// line open, so that the rims are observations of all adjustments.
+  bool shows_a_line() const;
+  std::optional<ShapeOfViews> fitted_shape(int lamp) const;
+  void set_shape(int lamp, const ShapeOfViews& found);
+  void fit_shapes();  // before the first adjustment
   void update_shapes(const Network& network);
 
   const std::vector<SurveyPicture>& input_;

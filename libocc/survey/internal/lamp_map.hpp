@@ -8,6 +8,9 @@
 //
 //     min over R, t of sum e^T (R S_X R^T + S_Y)^-1 e,  e = R X + t - Y.
 //
+// Normals count as well, with a sigma of 0.3 rad: they determine the rotation about a line of
+// lamps.
+//
 // The expected number of accidental matches as good (a contrario: Desolneux, Moisan, Morel, "From
 // gestalt theory to image analysis", 2008) is
 //
