@@ -78,34 +78,42 @@ void GrowingMap::clear() {
   shapes_.clear();
   point_of_lamp_.clear();
   precision_.reset();
-  joined_lamps_ = false;
+  is_rough_ = false;
   std::fill(place_of_.begin(), place_of_.end(), -1);
   std::fill(reasons_.begin(), reasons_.end(), std::string());
   std::fill(ambiguous_.begin(), ambiguous_.end(), false);
   std::fill(dropped_.begin(), dropped_.end(), false);
 }
 
-void GrowingMap::start(int picture) {
+bool GrowingMap::has_several_sizes(int picture) const {
+  const std::vector<LampShapeView>& views = pictures_[picture].views;
+  return groups_of(views, true).count > groups_of(views, false).count;
+}
+
+void GrowingMap::start(int picture, bool by_plane) {
   clear();
   place_of_[picture] = 0;
   PlacedPicture placed;
   placed.picture = picture;
   placed.lamp_of.assign(input_[picture].blobs.size(), -1);
   map_.placed.push_back(placed);
-  for (const LampShapeView& view : pictures_[picture].views)
-    map_.placed[0].lamp_of[view.blob] = add_lamp(view, Rigid3(), 1, options_.size_spread, nullptr);
+  is_rough_ = true;
+  const std::vector<LampShapeView>& views = pictures_[picture].views;
+  const std::vector<LampSize> sizes = sizes_of(groups_of(views, by_plane), options_.size_spread);
+  for (std::size_t v = 0; v < views.size(); ++v)
+    map_.placed[0].lamp_of[views[v].blob] = add_lamp(views[v], Rigid3(), sizes[v], nullptr);
   // Lamps of one ceiling face one direction; the normal of each follows when pictures are joined.
   std::vector<Vector3d> normals;
-  for (const LampShapeView& view : pictures_[picture].views)
+  for (const LampShapeView& view : views)
     normals.insert(normals.end(), view.normals.begin(), view.normals.end());
   for (MapLamp& lamp : map_.lamps) lamp.normal = consensus_direction(normals);
 }
 
-int GrowingMap::add_lamp(const LampShapeView& view, const Rigid3& cam_from_map, double size,
-                         double size_sigma, const Matrix6* pose_covariance) {
+int GrowingMap::add_lamp(const LampShapeView& view, const Rigid3& cam_from_map,
+                         const LampSize& size, const Matrix6* pose_covariance) {
   const Matrix3d to_map = cam_from_map.rotation.transpose();
-  const Vector3d in_cam = view_position(view, size);
-  Matrix3d covariance = view_covariance(view, size, size_sigma);
+  const Vector3d in_cam = view_position(view, size.size);
+  Matrix3d covariance = view_covariance(view, size.size, size.sigma);
   if (pose_covariance != nullptr) {
     Eigen::Matrix<double, 3, 6> jacobian;
     jacobian << -skew(in_cam), Matrix3d::Identity();
@@ -115,9 +123,11 @@ int GrowingMap::add_lamp(const LampShapeView& view, const Rigid3& cam_from_map, 
   lamp.position = cam_from_map.inverse() * in_cam;
   lamp.covariance = to_map * covariance * to_map.transpose();
   lamp.shape = view.shape;
-  lamp.size = size;
-  lamp.size_sigma = size_sigma;
+  lamp.aspect = aspect_of(view);
+  lamp.size = size.size;
+  lamp.size_sigma = size.sigma;
   lamp.normal = to_map * view.normals[0];
+  lamp.x_axis = to_map * long_side(view);
   if (!map_.lamps.empty()) {  // of both normals of a disc, the one like those of other lamps
     const Vector3d& other = map_.lamps[0].normal;
     for (const Vector3d& normal : view.normals)
@@ -125,12 +135,6 @@ int GrowingMap::add_lamp(const LampShapeView& view, const Rigid3& cam_from_map, 
   }
   map_.lamps.push_back(lamp);
   return static_cast<int>(map_.lamps.size()) - 1;
-}
-
-double GrowingMap::median_size() const {
-  std::vector<double> sizes;
-  for (const MapLamp& lamp : map_.lamps) sizes.push_back(lamp.size);
-  return median(std::move(sizes));
 }
 
 std::vector<MapMatch> GrowingMap::without_fast_motions(int picture,
@@ -269,13 +273,15 @@ void GrowingMap::place(int picture, const MapMatch& match) {
   placed.cam_from_map = match.cam_from_map;
   placed.lamp_of.assign(input_[picture].blobs.size(), -1);
   const Matrix3d to_map = match.cam_from_map.rotation.transpose();
-  const double size = median_size();
+  const std::vector<MapLamp> known_lamps = map_.lamps;
   for (std::size_t v = 0; v < match.lamp_of_view.size(); ++v) {
     const LampShapeView& view = pictures_[picture].views[v];
     const int lamp = match.lamp_of_view[v];
     if (lamp < 0) {
-      placed.lamp_of[view.blob] =
-          add_lamp(view, match.cam_from_map, size, options_.size_spread, &match.covariance);
+      placed.lamp_of[view.blob] = add_lamp(
+          view, match.cam_from_map,
+          size_of_further_lamp(view, match.cam_from_map, known_lamps, options_.size_spread),
+          &match.covariance);
       continue;
     }
     placed.lamp_of[view.blob] = lamp;
@@ -338,7 +344,7 @@ double GrowingMap::smallest_spacing() const {
 bool GrowingMap::is_one_lamp(int a, int b, double spacing) const {
   const Vector3d difference = map_.lamps[a].position - map_.lamps[b].position;
   // Two lamps cannot be nearer than their sizes.
-  if (difference.norm() < std::max(map_.lamps[a].size, map_.lamps[b].size)) return true;
+  if (difference.norm() < std::min(map_.lamps[a].size, map_.lamps[b].size)) return true;
   // When a recording returns, its drift separates the two positions of a lamp. Drift beyond a
   // quarter of the spacing of lamps may also lead to the next lamp, and decides nothing.
   if (!(difference.norm() < 0.25 * spacing) || !precision_ || point_of_lamp_[a] < 0 ||
@@ -380,7 +386,7 @@ int GrowingMap::reassign() {
       replace(b, a);
       counts[a] += counts[b];
       counts[b] = 0;
-      joined_lamps_ = true;
+      is_rough_ = true;
     }
   for (PlacedPicture& placed : map_.placed) {
     const std::vector<Blob>& blobs = input_[placed.picture].blobs;
@@ -416,6 +422,7 @@ void GrowingMap::transform(const Similarity& similarity) {
     lamp.covariance =
         s * s * similarity.rotation * lamp.covariance * similarity.rotation.transpose();
     lamp.normal = similarity.rotation * lamp.normal;
+    lamp.x_axis = similarity.rotation * lamp.x_axis;
     lamp.size *= s;
   }
   for (std::optional<Lamp>& shape : shapes_) {

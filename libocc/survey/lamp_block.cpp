@@ -4,7 +4,6 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <sstream>
 #include <utility>
 
 #include "libocc/core/internal/dense.hpp"
@@ -61,7 +60,6 @@ LampBlock::LampBlock(const Survey& found, const std::vector<SurveyPicture>& pict
   if (add_missed_lamps()) adjust_again();
   update_lamps();
   remove_undetermined();
-  check_camera();
 }
 
 std::vector<RejectedBlob> LampBlock::rejected() const {
@@ -78,22 +76,6 @@ std::vector<RejectedBlob> LampBlock::rejected() const {
       found.push_back({picture, static_cast<int>(blob - lamps.begin()), index});
   }
   return found;
-}
-
-/// A calibration that is not that of the pictures bends the constellation, or scatters the lamps.
-void LampBlock::check_camera() {
-  constexpr double max_model_sigma_px = 0.04;  // twice that of rendered and real pictures
-  constexpr double max_rejected_share = 0.1;   // single blobs are disturbed, such as by reflections
-  const double rejected_share =
-      static_cast<double>(rejected().size()) / static_cast<double>(network_.observations.size());
-  if (model_sigma_px_ <= max_model_sigma_px && rejected_share <= max_rejected_share) return;
-  std::ostringstream text;
-  text.precision(2);
-  text << "the pictures contradict each other: their lamps differ by " << model_sigma_px_
-       << " px beyond the noise, and " << 100 * rejected_share
-       << " % of them are rejected; check that the camera's calibration is that of the pictures, "
-          "because its errors displace lamps";
-  warnings_.push_back(text.str());
 }
 
 std::optional<Rigid3> LampBlock::pose(int picture) const {

@@ -13,6 +13,7 @@
 #include "libocc/core/math.hpp"
 #include "libocc/core/statistics.hpp"
 #include "libocc/geometry/so3.hpp"
+#include "libocc/survey/internal/lamp_kinds.hpp"
 
 namespace occ::internal::survey {
 namespace {
@@ -26,6 +27,7 @@ constexpr double side_sigmas = 4;     // tolerance of the sides of a triangle
 constexpr int max_triples = 300;      // of a picture, largest first; 12 lamps have 220
 constexpr int max_hypotheses = 4000;  // refined for one picture
 constexpr double normal_sigma_rad = 0.3;  // of a lamp seen from below, and of lamps that hang askew
+constexpr double max_turn_rad = 0.2;      // of the sides of a rectangle between map and picture
 constexpr double missing_log10 = 1.3;     // a lamp is dark or hidden with probability 1/20
 
 struct Triple {
@@ -99,6 +101,23 @@ class Matcher {
         [&](const Vector3d& a, const Vector3d& b) { return a.dot(direction) < b.dot(direction); });
   }
 
+  bool is_same_kind(int view, int lamp) const {
+    return is_of_kind(picture_.views[view], map_.lamps[lamp].shape, map_.lamps[lamp].aspect);
+  }
+
+  /// False if the sides of a rectangle have another direction in the map.
+  bool axes_agree(const MapMatch& match, int view, int lamp) const {
+    const MapLamp& known = map_.lamps[lamp];
+    if (known.x_axis.isZero()) return true;
+    const double cosine =
+        std::abs((match.cam_from_map.rotation * known.x_axis).dot(long_side(picture_.views[view])));
+    const double sine = std::sqrt(std::max(0.0, 1 - square(cosine)));
+    if (is_square(known)) return std::min(cosine, sine) < std::sin(max_turn_rad);
+    return sine < std::sin(max_turn_rad);
+  }
+
+  static bool is_square(const MapLamp& lamp) { return lamp.aspect < max_aspect_ratio; }
+
   Vector3d position(int view, int lamp) const {
     return view_position(picture_.views[view], map_.lamps[lamp].size);
   }
@@ -110,9 +129,7 @@ class Matcher {
   /// Tolerance of the side between two views if it is that between two lamps; nothing if the
   /// lengths differ by more.
   std::optional<double> side_tolerance(int i, int j, int p, int q) const {
-    if (picture_.views[i].shape != map_.lamps[p].shape ||
-        picture_.views[j].shape != map_.lamps[q].shape)
-      return std::nullopt;
+    if (!is_same_kind(i, p) || !is_same_kind(j, q)) return std::nullopt;
     const Vector3d seen = position(j, q) - position(i, p);
     const Vector3d mapped = map_.lamps[q].position - map_.lamps[p].position;
     const double length = seen.norm(), map_length = mapped.norm();
@@ -242,7 +259,7 @@ class Matcher {
     std::vector<Pair> pairs;
     for (int v = 0; v < static_cast<int>(picture_.views.size()); ++v)
       for (const int p : lamps_of_view_[v]) {
-        if (picture_.views[v].shape != map_.lamps[p].shape) continue;
+        if (!is_same_kind(v, p) || !axes_agree(match, v, p)) continue;
         const Vector3d mapped = match.cam_from_map * map_.lamps[p].position;
         constexpr double max_angle_cosine = 0.9;  // 26 degrees; larger errors have no gate
         if (mapped.dot(picture_.views[v].bearing) < max_angle_cosine * mapped.norm()) continue;
@@ -283,6 +300,14 @@ class Matcher {
     }
     std::sort(terms.begin(), terms.end());  // the triple takes the three best ones
     for (std::size_t i = 3; i < terms.size(); ++i) log10_nfa += terms[i];
+    // Lamps of one ceiling are parallel: their sides count once.
+    double log10_sides_agree = 0;
+    for (const int lamp : match.lamp_of_view)
+      if (lamp >= 0 && !map_.lamps[lamp].x_axis.isZero())
+        log10_sides_agree =
+            std::min(log10_sides_agree,
+                     std::log10(2 * max_turn_rad / (is_square(map_.lamps[lamp]) ? pi / 2 : pi)));
+    log10_nfa += log10_sides_agree;
     match.contradictions = missing(match) + extra(match);
     match.log10_false_alarms = log10_nfa + missing_log10 * match.contradictions;
   }
@@ -302,13 +327,12 @@ class Matcher {
 
   /// Views without a lamp that a placed picture should show and does not.
   int extra(const MapMatch& match) const {
-    std::vector<double> sizes;
-    for (const MapLamp& lamp : map_.lamps) sizes.push_back(lamp.size);
-    const double size = median(sizes);
     const Rigid3 map_from_cam = match.cam_from_map.inverse();
     int count = 0;
     for (std::size_t v = 0; v < picture_.views.size(); ++v) {
       if (match.lamp_of_view[v] >= 0) continue;
+      const double size =
+          size_of_further_lamp(picture_.views[v], match.cam_from_map, map_.lamps, 0).size;
       const Vector3d at = map_from_cam * view_position(picture_.views[v], size);
       for (const PlacedPicture& placed : map_.placed)
         if (is_absent(at, map_.lamps[0].normal, size, placed.cam_from_map,

@@ -116,6 +116,7 @@ void GrowingMap::start(const PointStarts& starts) {
       if (const int lamp = placed.lamp_of[view.blob]; lamp >= 0) {
         sizes[lamp].push_back((pose * map_.lamps[lamp].position).norm() / view.range);
         map_.lamps[lamp].shape = view.shape;
+        map_.lamps[lamp].aspect = aspect_of(view);
       }
     add(std::move(placed));
   }

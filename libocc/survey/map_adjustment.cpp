@@ -170,6 +170,7 @@ std::optional<ShapeOfViews> GrowingMap::fitted_shape(int lamp) const {
 void GrowingMap::set_shape(int lamp, const ShapeOfViews& found) {
   MapLamp& known = map_.lamps[lamp];
   known.normal = found.lamp.normal;
+  known.x_axis = long_side(found.lamp);
   known.size = found.size;
   if (!found.is_fitted) return;
   known.size_sigma = std::min(options_.size_spread, found.lamp.size_sigma);
@@ -224,16 +225,21 @@ void GrowingMap::update_from(const Adjustment& adjustment) {
     if (covariance.allFinite()) map_.lamps[lamp].covariance = covariance;
   }
   update_shapes(network);
-  const double size = median_size();
+  std::vector<MapLamp> adjusted;
+  for (std::size_t lamp = 0; lamp < map_.lamps.size(); ++lamp)
+    if (point_of_lamp_[lamp] >= 0) adjusted.push_back(map_.lamps[lamp]);
   for (const PlacedPicture& placed : map_.placed)  // lamps of one picture move with it
     for (const LampShapeView& view : pictures_[placed.picture].views) {
       const int lamp = placed.lamp_of[view.blob];
       if (lamp < 0 || point_of_lamp_[lamp] >= 0) continue;
       const Matrix3d to_map = placed.cam_from_map.rotation.transpose();
-      map_.lamps[lamp].size = size;
-      map_.lamps[lamp].position = placed.cam_from_map.inverse() * view_position(view, size);
+      const LampSize size =
+          size_of_further_lamp(view, placed.cam_from_map, adjusted, options_.size_spread);
+      map_.lamps[lamp].size = size.size;
+      map_.lamps[lamp].size_sigma = size.sigma;
+      map_.lamps[lamp].position = placed.cam_from_map.inverse() * view_position(view, size.size);
       map_.lamps[lamp].covariance =
-          to_map * view_covariance(view, size, options_.size_spread) * to_map.transpose();
+          to_map * view_covariance(view, size.size, size.sigma) * to_map.transpose();
     }
 }
 
@@ -311,9 +317,10 @@ Result<Adjustment> GrowingMap::adjust_all(const KnownLengths& lengths) {
     report({"adjusting", state.iteration, 0});
     return true;
   };
-  if (joined_lamps_) {
-    // The drift between both positions of a joined lamp is no gross error: it is distributed first.
-    joined_lamps_ = false;
+  if (is_rough_) {
+    // The drift between both positions of a joined lamp is no gross error, nor are errors of the
+    // sizes that a start assumes: they are distributed first.
+    is_rough_ = false;
     AdjustOptions plain = options;
     plain.robust = plain.snooping = false;
     const Result<Adjustment> spread = adjust(network_of(lengths), plain, callback);

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "libocc/survey/survey.hpp"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -13,10 +12,10 @@
 #include "libocc/core/math.hpp"
 #include "libocc/core/require.hpp"
 #include "libocc/core/statistics.hpp"
-#include "libocc/geometry/so3.hpp"
 #include "libocc/survey/internal/growing_map.hpp"
 #include "libocc/survey/internal/lamp_light.hpp"
 #include "libocc/survey/internal/row_times.hpp"
+#include "libocc/survey/internal/world_frame.hpp"
 
 namespace occ {
 namespace {
@@ -24,9 +23,7 @@ namespace {
 using Eigen::Vector3d;
 using internal::survey::GrowingMap;
 using internal::survey::KnownLengths;
-using internal::survey::LampMap;
 using internal::survey::LinkStart;
-using internal::survey::MapLamp;
 using internal::survey::PlacedPicture;
 
 constexpr int min_views = 4;  // of a picture that may be the first
@@ -34,37 +31,6 @@ constexpr int min_link_redundancy = 10;
 constexpr int max_starts = 6;       // first pictures that are tried; the largest map is kept
 constexpr int max_lone_starts = 3;  // if no picture joins them: in a grid, none ever does
 constexpr int max_rounds = 6;       // of adjustment and further matches; two suffice for most rooms
-
-/// World frame of the result: see survey.hpp.
-Similarity world_frame(const GrowingMap& growing, const std::vector<int>& order) {
-  const LampMap& map = growing.map();
-  Vector3d down = Vector3d::Zero();
-  for (const int lamp : order) down += map.lamps[lamp].normal;
-  const Vector3d& first = map.lamps[order[0]].position;
-  Vector3d farthest = first;
-  for (const int lamp : order)
-    if ((map.lamps[lamp].position - first).norm() > (farthest - first).norm())
-      farthest = map.lamps[lamp].position;
-  const Vector3d z = -down.normalized();
-  Vector3d x = farthest - first;
-  x -= z * z.dot(x);
-  x = x.norm() > 0 ? Vector3d(x.normalized()) : Vector3d(z.unitOrthogonal());
-  Similarity frame;
-  frame.rotation << x.transpose(), z.cross(x).transpose(), z.transpose();
-  frame.scale = 1 / (farthest - first).norm();
-  return frame;
-}
-
-/// Ends the choice of the frame: mean x and y of the lamps, and lowest camera, at zero.
-Vector3d origin_of(const GrowingMap& growing, const std::vector<int>& order) {
-  Vector3d mean = Vector3d::Zero();
-  for (const int lamp : order)
-    mean += growing.map().lamps[lamp].position / static_cast<double>(order.size());
-  double lowest = infinity;
-  for (const PlacedPicture& placed : growing.map().placed)
-    lowest = std::min(lowest, placed.cam_from_map.origin_in_source().z());
-  return {mean.x(), mean.y(), lowest};
-}
 
 std::string percent(double relative) {
   std::ostringstream text;
@@ -133,19 +99,24 @@ class SurveyRun {
     while (!order.empty() && growing_.views(order.back()) < min_views) order.pop_back();
     candidates_ = static_cast<int>(order.size());
     int best = 0, best_placed = 0, tries = 0;
+    bool best_by_plane = false;
     for (const int picture : order) {
       if (tries == max_starts || (tries == max_lone_starts && best_placed < 2)) break;
       ++tries;
-      growing_.start(picture);
-      growing_.join_pictures();
-      if (growing_.placed() > best_placed) {
-        best = picture;
-        best_placed = growing_.placed();
+      for (const bool by_plane : {false, true}) {
+        if (by_plane && !growing_.has_several_sizes(picture)) continue;
+        growing_.start(picture, by_plane);
+        growing_.join_pictures();
+        if (growing_.placed() > best_placed) {
+          best = picture;
+          best_by_plane = by_plane;
+          best_placed = growing_.placed();
+        }
+        if (best_placed == candidates_) return best_placed;
       }
-      if (best_placed == candidates_) return best_placed;
     }
     if (candidates_ == 0) return 0;
-    growing_.start(best);
+    growing_.start(best, best_by_plane);
     growing_.join_pictures();
     return best_placed;
   }
@@ -187,7 +158,7 @@ class SurveyRun {
     if (!first.ok()) return first;
     growing_.estimate_model_sigma(*first);
     order_ = growing_.order();
-    growing_.transform(world_frame(growing_, order_));
+    growing_.transform(internal::survey::world_frame(growing_.map(), order_));
     apply_scale();
     move_to_origin();
     Result<Adjustment> adjusted = adjust_with_rims();
@@ -195,8 +166,9 @@ class SurveyRun {
     // The adjustment has changed a scale that it does not observe.
     if (scale_source_ == SurveyScale::free || scale_source_ == SurveyScale::radius) {
       Similarity similarity;
-      similarity.scale = scale_source_ == SurveyScale::free ? world_frame(growing_, order_).scale
-                                                            : *scale_by_radius();
+      similarity.scale = scale_source_ == SurveyScale::free
+                             ? internal::survey::world_frame(growing_.map(), order_).scale
+                             : *scale_by_radius();
       growing_.transform(similarity);
       adjusted.value.network = transformed(adjusted.value.network, similarity);
     }
@@ -209,7 +181,7 @@ class SurveyRun {
 
   Similarity move_to_origin() {
     Similarity shift;
-    shift.translation = -origin_of(growing_, order_);
+    shift.translation = -internal::survey::world_origin(growing_.map(), order_);
     growing_.transform(shift);
     return shift;
   }
@@ -323,6 +295,7 @@ class SurveyRun {
   Result<Survey> result_of(const Result<Adjustment>& adjusted);
   void set_light(SurveyedLamp& surveyed, int lamp) const;
   static void note_growth(Survey& survey);
+  static void note_contradictions(Survey& survey);
   void note_blobs(Survey& survey) const;
   void note_rejections(Survey& survey) const;
 
@@ -356,6 +329,7 @@ Result<Survey> SurveyRun::result_of(const Result<Adjustment>& adjusted) {
   note_pictures(survey);
   if (!adjusted.ok()) return result;
   note_growth(survey);
+  note_contradictions(survey);
   if (!options_.calibrate_camera && !survey.camera.is_exact())
     survey.warnings.push_back(
         "the map does not contain the errors that the camera states: estimate them along "
@@ -398,6 +372,28 @@ void SurveyRun::note_growth(Survey& survey) {
        << (growth > 0 ? "large" : "small")
        << ", which the map allows for: improve exposure or focus, or state the response of the "
           "camera (sensor.response)";
+  survey.warnings.push_back(text.str());
+}
+
+/// A calibration that is not that of the pictures bends the map, or scatters the lamps; so does a
+/// wrong match that the redundancy does not reveal.
+void SurveyRun::note_contradictions(Survey& survey) {
+  constexpr double max_model_sigma_px = 0.04;  // twice that of rendered and real pictures
+  constexpr double max_rejected_share = 0.1;   // single blobs are disturbed, such as by reflections
+  constexpr double max_sigma0 = 2;
+  const Adjustment& adjusted = survey.adjustment;
+  const double rejected_share = static_cast<double>(adjusted.rejected.size()) /
+                                static_cast<double>(adjusted.network.observations.size());
+  if (survey.model_sigma_px <= max_model_sigma_px && rejected_share <= max_rejected_share &&
+      adjusted.sigma0 <= max_sigma0)
+    return;
+  std::ostringstream text;
+  text.precision(2);
+  text << "the pictures contradict each other: their lamps differ by " << survey.model_sigma_px
+       << " px beyond the noise, by " << adjusted.sigma0 << " times both, and "
+       << 100 * rejected_share
+       << " % of them are rejected; check that the camera's calibration is that of the pictures, "
+          "because its errors displace lamps, and take more pictures";
   survey.warnings.push_back(text.str());
 }
 

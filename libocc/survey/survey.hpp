@@ -3,8 +3,9 @@
 // takes the pictures from unknown places, in any order.
 //
 // 1. The rim of a lamp gives its direction and its distance in units of the lamp's size, and one
-//    picture a constellation of lamps up to scale. Lamps are assumed to be of one size within
-//    `size_spread` for this step only.
+//    picture a constellation of lamps up to scale. For this step only, lamps of the same shape and
+//    ratio of the sides count as equally large within `size_spread`; the sizes of different kinds,
+//    and of discs of several sizes, follow as if they were in one plane (internal/lamp_kinds.hpp).
 // 2. Pictures are joined to the map of the first one by rigid motions of constellations. A picture
 //    joins if a match as good is not expected by chance, and if no other motion matches as well
 //    (internal/lamp_map.hpp). Other pictures are held back until the map has more lamps.

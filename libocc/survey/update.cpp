@@ -11,6 +11,7 @@
 #include "libocc/core/statistics.hpp"
 #include "libocc/survey/internal/lamp_block.hpp"
 #include "libocc/survey/internal/lamp_changes.hpp"
+#include "libocc/survey/internal/lamp_kinds.hpp"
 #include "libocc/survey/internal/lamp_map.hpp"
 #include "libocc/survey/internal/map_link.hpp"
 #include "libocc/survey/internal/place_statistics.hpp"
@@ -137,6 +138,10 @@ class UpdateRun {
       known.position = lamp.centre_m;
       known.covariance = map_lamps_[i].covariance;
       known.shape = lamp.shape == LampShape::rectangle ? lamp.shape : LampShape::disc;
+      if (known.shape == LampShape::rectangle) {
+        known.aspect = lamp.size_m.maxCoeff() / lamp.size_m.minCoeff();
+        known.x_axis = internal::survey::long_side(lamp);
+      }
       known.size = map_lamps_[i].size;
       known.size_sigma = std::max(lamp.size_sigma, options_.survey.size_spread);
       known.normal = lamp.normal;

@@ -273,6 +273,20 @@ TEST(Survey, NamesADistanceThatContradictsTheOthers) {
   EXPECT_LT(worst_distance_m(*found, scene, truth), 2e-3);
 }
 
+TEST(Survey, WarnsOfACameraThatIsNotThatOfThePictures) {
+  const Scene scene = uneven_room();
+  const auto made = walk(scene, 14, 5);
+  const auto warns = [&](const Camera& camera) {
+    const auto found = survey(pictures_of(made), camera);
+    EXPECT_TRUE(found.ok()) << found.message;
+    return std::any_of(found->warnings.begin(), found->warnings.end(), [](const std::string& text) {
+      return text.find("contradict each other") != std::string::npos;
+    });
+  };
+  EXPECT_FALSE(warns(scene.camera));
+  EXPECT_TRUE(warns(Camera::pinhole(1280, 960, 800, 800, 654.5, 470.5)));
+}
+
 TEST(Survey, RefusesDistancesOfUnknownLamps) {
   const Scene scene = uneven_room();
   const auto made = walk(scene, 12, 5);

@@ -12,6 +12,7 @@
 #include "libocc/core/status.hpp"
 #include "libocc/network/precision.hpp"
 #include "libocc/survey/internal/known_lengths.hpp"
+#include "libocc/survey/internal/lamp_kinds.hpp"
 #include "libocc/survey/internal/lamp_links.hpp"
 #include "libocc/survey/internal/lamp_map.hpp"
 #include "libocc/survey/internal/shape_fit.hpp"
@@ -28,8 +29,11 @@ class GrowingMap {
   GrowingMap(const std::vector<SurveyPicture>& pictures, const Camera& camera,
              const SurveyOptions& options, const SurveyCallback& progress);
 
-  /// Starts a new map with the lamps of one picture.
-  void start(int picture);
+  /// True if lamps of one kind have different sizes if they are in one plane.
+  bool has_several_sizes(int picture) const;
+  /// Starts a new map with the lamps of one picture. Lamps of one kind have one size or,
+  /// `by_plane`, several ones.
+  void start(int picture, bool by_plane = false);
   /// Poses and positions that follow from links alone (free_starts()); points are links.
   std::vector<PointStarts> link_starts() const;
   /// Starts a new map with such poses and positions.
@@ -104,9 +108,8 @@ class GrowingMap {
   void remove_unused_lamps();  // after adjust_all()
   double smallest_spacing() const;
   bool is_one_lamp(int a, int b, double spacing) const;
-  int add_lamp(const LampShapeView& view, const Rigid3& cam_from_map, double size,
-               double size_sigma, const Matrix6* pose_covariance);
-  double median_size() const;
+  int add_lamp(const LampShapeView& view, const Rigid3& cam_from_map, const LampSize& size,
+               const Matrix6* pose_covariance);
   std::vector<int> picture_counts() const;
   std::vector<int> lamps_in_order() const;
   Network network_of(const KnownLengths& lengths);
@@ -138,7 +141,7 @@ class GrowingMap {
   std::vector<int> order_;
   std::vector<int> point_of_lamp_;
   std::optional<Precision> precision_;  // of the last adjustment
-  bool joined_lamps_ = false;           // since the last adjustment
+  bool is_rough_ = false;               // a start, or lamps were joined since the last adjustment
   bool with_rims_ = false;
   std::vector<std::optional<Lamp>> shapes_;
   std::vector<std::string> reasons_;

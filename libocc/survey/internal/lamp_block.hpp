@@ -79,7 +79,6 @@ class LampBlock {
   void update_lamps();
   void remove_undetermined();
   double model_sigma_px() const;
-  void check_camera();
 
   const std::vector<SurveyPicture>& pictures_;
   const Camera& camera_;

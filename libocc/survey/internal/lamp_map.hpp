@@ -37,9 +37,12 @@ struct MapLamp {
   Eigen::Vector3d position = Eigen::Vector3d::Zero();
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Identity();
   LampShape shape = LampShape::disc;
+  double aspect = 1;                                   ///< longer over shorter side of a rectangle
   double size = 1;                                     ///< as in LampShapeView
   double size_sigma = 0;                               ///< relative
   Eigen::Vector3d normal = -Eigen::Vector3d::UnitZ();  ///< towards the lit side
+  /// Direction of the longer side of a rectangle; zero if it is not known, or for a disc.
+  Eigen::Vector3d x_axis = Eigen::Vector3d::Zero();
 };
 
 /// A picture with its views.
