@@ -109,6 +109,11 @@ void GrowingMap::start(int picture, bool by_plane) {
   for (MapLamp& lamp : map_.lamps) lamp.normal = consensus_direction(normals);
 }
 
+void GrowingMap::start(const std::vector<MapLamp>& known) {
+  clear();
+  map_.lamps = known;
+}
+
 int GrowingMap::add_lamp(const LampShapeView& view, const Rigid3& cam_from_map,
                          const LampSize& size, const Matrix6* pose_covariance) {
   const Matrix3d to_map = cam_from_map.rotation.transpose();
@@ -154,11 +159,16 @@ std::vector<MapMatch> GrowingMap::without_fast_motions(int picture,
         angles.push_back(std::atan2(a.cross(b).norm(), a.dot(b)));
       }
       if (median(angles) > options_.max_motion_rad) return true;
-      // The lamps of a corridor have much the same directions in a camera that looks back from its
-      // other end.
-      constexpr double max_turn = 4;  // over max_motion_rad
+      // The far lamps of a corridor have much the same directions one lamp further on, or in a
+      // camera that looks back from the other end.
+      constexpr double max_turn = 4, max_shift = 2;  // over max_motion_rad
       const Matrix3d turn = match.cam_from_map.rotation * before.rotation.transpose();
       if (so3_log(turn).norm() > max_turn * options_.max_motion_rad) return true;
+      double nearest = infinity;
+      for (const int lamp : map_.placed[neighbour].lamp_of)
+        if (lamp >= 0) nearest = std::min(nearest, (before * map_.lamps[lamp].position).norm());
+      const Vector3d shift = match.cam_from_map.origin_in_source() - before.origin_in_source();
+      if (shift.norm() > max_shift * options_.max_motion_rad * nearest) return true;
     }
     return false;
   };

@@ -15,6 +15,7 @@
 #include "libocc/survey/internal/growing_map.hpp"
 #include "libocc/survey/internal/lamp_light.hpp"
 #include "libocc/survey/internal/row_times.hpp"
+#include "libocc/survey/internal/survey_notes.hpp"
 #include "libocc/survey/internal/world_frame.hpp"
 
 namespace occ {
@@ -24,6 +25,7 @@ using Eigen::Vector3d;
 using internal::survey::GrowingMap;
 using internal::survey::KnownLengths;
 using internal::survey::LinkStart;
+using internal::survey::MapLamp;
 using internal::survey::PlacedPicture;
 
 constexpr int min_views = 4;  // of a picture that may be the first
@@ -43,8 +45,12 @@ std::string percent(double relative) {
 class SurveyRun {
  public:
   SurveyRun(const std::vector<SurveyPicture>& pictures, const Camera& camera,
-            const SurveyOptions& options, const SurveyCallback& progress)
-      : pictures_(pictures), options_(options), growing_(pictures, camera, options, progress) {}
+            const SurveyOptions& options, const SurveyCallback& progress,
+            const std::vector<MapLamp>& known = {})
+      : pictures_(pictures),
+        options_(options),
+        known_(known),
+        growing_(pictures, camera, options, progress) {}
 
   Result<Survey> run() {
     if (!choose_start()) return unmatched();
@@ -75,6 +81,10 @@ class SurveyRun {
   /// Starts from rims, or from links if these place more pictures; false if neither has a second
   /// picture.
   bool choose_start() {
+    if (!known_.empty()) {
+      growing_.start(known_);
+      return growing_.join_pictures() >= 2;
+    }
     const int by_rims = start_from_rims();
     int with_pose = 0;
     for (int i = 0; i < static_cast<int>(pictures_.size()); ++i) {
@@ -294,13 +304,12 @@ class SurveyRun {
 
   Result<Survey> result_of(const Result<Adjustment>& adjusted);
   void set_light(SurveyedLamp& surveyed, int lamp) const;
-  static void note_growth(Survey& survey);
-  static void note_contradictions(Survey& survey);
   void note_blobs(Survey& survey) const;
   void note_rejections(Survey& survey) const;
 
   const std::vector<SurveyPicture>& pictures_;
   const SurveyOptions& options_;
+  const std::vector<MapLamp>& known_;  // lamps of the start; empty: it is to be found
   GrowingMap growing_;
   std::vector<int> order_;
   std::vector<std::string> warnings_, notes_of_tags_;
@@ -328,8 +337,8 @@ Result<Survey> SurveyRun::result_of(const Result<Adjustment>& adjusted) {
   survey.warnings.insert(survey.warnings.end(), warnings_.begin(), warnings_.end());
   note_pictures(survey);
   if (!adjusted.ok()) return result;
-  note_growth(survey);
-  note_contradictions(survey);
+  internal::survey::note_growth(survey);
+  internal::survey::note_contradictions(survey);
   if (!options_.calibrate_camera && !survey.camera.is_exact())
     survey.warnings.push_back(
         "the map does not contain the errors that the camera states: estimate them along "
@@ -359,42 +368,6 @@ Result<Survey> SurveyRun::result_of(const Result<Adjustment>& adjusted) {
   note_blobs(survey);
   note_rejections(survey);
   return result;
-}
-
-/// A growth of all rims that blur and noise do not give is one of the response of the camera.
-void SurveyRun::note_growth(Survey& survey) {
-  constexpr double min_growth_px = 0.15;  // three times the error of a known response
-  const double growth = survey.adjustment.network.cameras[0].outline_growth_px;
-  if (std::abs(growth) < min_growth_px) return;
-  std::ostringstream text;
-  text.precision(2);
-  text << "the rims of all lamps are " << std::abs(growth) << " px too "
-       << (growth > 0 ? "large" : "small")
-       << ", which the map allows for: improve exposure or focus, or state the response of the "
-          "camera (sensor.response)";
-  survey.warnings.push_back(text.str());
-}
-
-/// A calibration that is not that of the pictures bends the map, or scatters the lamps; so does a
-/// wrong match that the redundancy does not reveal.
-void SurveyRun::note_contradictions(Survey& survey) {
-  constexpr double max_model_sigma_px = 0.04;  // twice that of rendered and real pictures
-  constexpr double max_rejected_share = 0.1;   // single blobs are disturbed, such as by reflections
-  constexpr double max_sigma0 = 2;
-  const Adjustment& adjusted = survey.adjustment;
-  const double rejected_share = static_cast<double>(adjusted.rejected.size()) /
-                                static_cast<double>(adjusted.network.observations.size());
-  if (survey.model_sigma_px <= max_model_sigma_px && rejected_share <= max_rejected_share &&
-      adjusted.sigma0 <= max_sigma0)
-    return;
-  std::ostringstream text;
-  text.precision(2);
-  text << "the pictures contradict each other: their lamps differ by " << survey.model_sigma_px
-       << " px beyond the noise, by " << adjusted.sigma0 << " times both, and "
-       << 100 * rejected_share
-       << " % of them are rejected; check that the camera's calibration is that of the pictures, "
-          "because its errors displace lamps, and take more pictures";
-  survey.warnings.push_back(text.str());
 }
 
 void SurveyRun::set_light(SurveyedLamp& surveyed, int lamp) const {
@@ -457,7 +430,25 @@ void SurveyRun::note_rejections(Survey& survey) const {
   for (const std::string& warning : survey.adjustment.warnings) survey.warnings.push_back(warning);
 }
 
+Result<Survey> stopped() {
+  Result<Survey> result;
+  result.status = Status::not_converged;
+  result.message = "the survey was stopped";
+  return result;
+}
+
 }  // namespace
+
+Result<Survey> internal::survey::survey_from(const std::vector<MapLamp>& known,
+                                             const std::vector<SurveyPicture>& pictures,
+                                             const Camera& camera, const SurveyOptions& options,
+                                             const SurveyCallback& progress) {
+  try {
+    return SurveyRun(pictures, camera, options, progress, known).run();
+  } catch (const SurveyStopped&) {
+    return stopped();
+  }
+}
 
 Result<Survey> survey(const std::vector<SurveyPicture>& pictures, const Camera& camera,
                       const SurveyOptions& options, const SurveyCallback& progress) {
@@ -483,10 +474,7 @@ Result<Survey> survey(const std::vector<SurveyPicture>& pictures, const Camera& 
     result.value.warnings.insert(result.value.warnings.end(), notes.begin(), notes.end());
     return result;
   } catch (const internal::survey::SurveyStopped&) {
-    Result<Survey> stopped;
-    stopped.status = Status::not_converged;
-    stopped.message = "the survey was stopped";
-    return stopped;
+    return stopped();
   }
 }
 

@@ -73,8 +73,9 @@ struct LIBOCC_API SurveyOptions {
   /// between neighbours that exceed max_motion_rad are then excluded, which decides between the
   /// symmetric matches of regular arrangements.
   bool ordered = false;
-  /// Median change of the lamps' directions between neighbours; the camera turns by less than four
-  /// times this angle.
+  /// Median change of the lamps' directions between neighbours. The camera turns by less than four
+  /// times this angle, and moves by less than twice this angle times the distance of the nearest
+  /// lamp.
   double max_motion_rad = 0.25;
   /// Time between the exposures of two rows (rolling shutter) of `ordered` pictures with times. The
   /// motion between neighbours is assumed to be uniform. 0: all rows at once.

@@ -9,6 +9,7 @@
 #include "libocc/core/math.hpp"
 #include "libocc/core/require.hpp"
 #include "libocc/core/statistics.hpp"
+#include "libocc/survey/internal/growing_map.hpp"
 #include "libocc/survey/internal/lamp_block.hpp"
 #include "libocc/survey/internal/lamp_changes.hpp"
 #include "libocc/survey/internal/lamp_kinds.hpp"
@@ -66,7 +67,11 @@ class UpdateRun {
     }
     std::vector<SurveyPicture> left = pictures_;
     for (std::size_t block = 0; block < max_blocks; ++block) {
-      const Result<Survey> found = survey(left, map_.camera, options_.survey, progress_);
+      Result<Survey> found = survey(left, map_.camera, options_.survey, progress_);
+      if (!found.ok() && found.status != Status::not_converged) {
+        Result<Survey> by_map = survey_in_map(left);
+        if (by_map.ok() || by_map.status == Status::not_converged) found = std::move(by_map);
+      }
       if (found.status == Status::not_converged) {
         fail(found.status, found.message);
         return std::move(result_);
@@ -116,6 +121,38 @@ class UpdateRun {
     }
   }
 
+  /// Lamps of the map for matches with pictures, whose ranges are in units of the lamps' sizes;
+  /// empty if a size is not known.
+  std::vector<internal::survey::MapLamp> lamps_with_size() const {
+    std::vector<internal::survey::MapLamp> lamps;
+    for (std::size_t i = 0; i < map_lamps_.size(); ++i) {
+      const Lamp& lamp = map_.lamps[i];
+      internal::survey::MapLamp known;
+      known.position = lamp.centre_m;
+      known.covariance = map_lamps_[i].covariance;
+      known.shape = lamp.shape == LampShape::rectangle ? lamp.shape : LampShape::disc;
+      if (known.shape == LampShape::rectangle) {
+        known.aspect = lamp.size_m.maxCoeff() / lamp.size_m.minCoeff();
+        known.x_axis = internal::survey::long_side(lamp);
+      }
+      known.size = map_lamps_[i].size;
+      known.size_sigma = std::max(lamp.size_sigma, options_.survey.size_spread);
+      known.normal = lamp.normal;
+      if (!(known.size > 0)) return {};
+      lamps.push_back(known);
+    }
+    return lamps;
+  }
+
+  /// Joins pictures that do not match each other by the lamps of the map.
+  Result<Survey> survey_in_map(const std::vector<SurveyPicture>& pictures) const {
+    const std::vector<internal::survey::MapLamp> lamps = lamps_with_size();
+    Result<Survey> none;
+    none.status = Status::no_pose;
+    if (lamps.empty()) return none;
+    return internal::survey::survey_from(lamps, pictures, map_.camera, options_.survey, progress_);
+  }
+
   /// Lists the poses in the map of the first picture that shows four lamps, because the pictures do
   /// not match each other in one way.
   void name_ways_of_first_picture() {
@@ -131,23 +168,8 @@ class UpdateRun {
     }
     if (picture.views.size() < min_views) return;
     --first;
-    internal::survey::LampMap lamps;
-    for (std::size_t i = 0; i < map_lamps_.size(); ++i) {
-      const Lamp& lamp = map_.lamps[i];
-      internal::survey::MapLamp known;
-      known.position = lamp.centre_m;
-      known.covariance = map_lamps_[i].covariance;
-      known.shape = lamp.shape == LampShape::rectangle ? lamp.shape : LampShape::disc;
-      if (known.shape == LampShape::rectangle) {
-        known.aspect = lamp.size_m.maxCoeff() / lamp.size_m.minCoeff();
-        known.x_axis = internal::survey::long_side(lamp);
-      }
-      known.size = map_lamps_[i].size;
-      known.size_sigma = std::max(lamp.size_sigma, options_.survey.size_spread);
-      known.normal = lamp.normal;
-      if (!(known.size > 0)) return;  // ranges are in units of the size
-      lamps.lamps.push_back(known);
-    }
+    const internal::survey::LampMap lamps{lamps_with_size(), {}};
+    if (lamps.lamps.empty()) return;
     std::vector<MapWay> ways;
     for (const internal::survey::MapMatch& match :
          internal::survey::match_picture(picture, lamps, {}, map_.camera)) {

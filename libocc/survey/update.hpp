@@ -2,7 +2,8 @@
 // Update of a map of lamps by new pictures of the room: lamps that moved, died or are new.
 //
 // 1. survey() makes constellations of the new pictures, without the map. Lamps that these lack,
-//    such as of another size, are intersected from blobs that three pictures or more show.
+//    such as of another size, are intersected from blobs that three pictures or more show. Pictures
+//    that do not match each other join by the lamps of the map, if all of these have sizes.
 // 2. A similarity maps each constellation onto the map, if it has more lamps in common with it than
 //    chance gives, and if no other similarity explains the pictures as well
 //    (internal/map_link.hpp). Up to 40 % of the lamps may have changed. The frame and the scale of

@@ -12,14 +12,14 @@
 namespace occ::test {
 namespace {
 
-/// Lamps on a line, at uneven distances.
-Scene corridor(int count, double radius_m) {
+/// Lamps on a line, at uneven distances or all at 1.5 m.
+Scene corridor(int count, double radius_m, bool is_regular = false) {
   constexpr double steps_m[] = {1.3, 1.8, 1.5, 1.9, 1.2, 1.6};
   std::vector<Vector3d> lamps;
   double x = 0;
   for (int i = 0; i < count; ++i) {
     lamps.push_back({x, 0, 2.7});
-    x += steps_m[i % 6];
+    x += is_regular ? 1.5 : steps_m[i % 6];
   }
   Scene scene = room_of(lamps);
   scene.camera = Camera::pinhole(1280, 960, 600, 600, 639.5, 479.5);
@@ -45,9 +45,9 @@ std::vector<MadePicture> walk_along(const Scene& scene, int count, std::uint64_t
   return made;
 }
 
-void check_corridor(bool ordered, std::uint64_t seed) {
+void check_corridor(bool ordered, std::uint64_t seed, bool is_regular = false) {
   const double radius_m = 0.12;
-  const Scene scene = corridor(9, radius_m);
+  const Scene scene = corridor(9, radius_m, is_regular);
   const auto made = walk_along(scene, 50, seed);
   SurveyOptions options;
   options.ordered = ordered;
@@ -69,6 +69,10 @@ TEST(Corridor, IsMappedByRims) {
     SCOPED_TRACE(ordered);
     check_corridor(ordered, 3);
   }
+}
+
+TEST(Corridor, ARegularOneIsMappedFromAVideo) {
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) check_corridor(true, seed, true);
 }
 
 TEST(Corridor, OfSmallLampsIsRefused) {

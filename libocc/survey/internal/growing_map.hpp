@@ -34,6 +34,8 @@ class GrowingMap {
   /// Starts a new map with the lamps of one picture. Lamps of one kind have one size or,
   /// `by_plane`, several ones.
   void start(int picture, bool by_plane = false);
+  /// Starts a new map with known lamps and without a picture.
+  void start(const std::vector<MapLamp>& known);
   /// Poses and positions that follow from links alone (free_starts()); points are links.
   std::vector<PointStarts> link_starts() const;
   /// Starts a new map with such poses and positions.
@@ -155,5 +157,11 @@ enum class LinkStart { none, started, ambiguous };
 /// Starts a new map from links and adjusts it. none: they determine no map; ambiguous: two maps
 /// agree with the pictures alike.
 LinkStart start_from_links(GrowingMap& growing);
+
+/// survey() that joins pictures to known lamps, whose positions it determines anew; the frame and
+/// the scale are its own. Row times are not used.
+Result<Survey> survey_from(const std::vector<MapLamp>& known,
+                           const std::vector<SurveyPicture>& pictures, const Camera& camera,
+                           const SurveyOptions& options, const SurveyCallback& progress);
 
 }  // namespace occ::internal::survey
