@@ -28,6 +28,7 @@ constexpr int max_triples = 300;      // of a picture, largest first; 12 lamps h
 constexpr int max_hypotheses = 4000;  // refined for one picture
 constexpr double normal_sigma_rad = 0.3;  // of a lamp seen from below, and of lamps that hang askew
 constexpr double max_turn_rad = 0.2;      // of the sides of a rectangle between map and picture
+constexpr double max_line_width = 0.1;    // over the length, of lamps on a line
 constexpr double missing_log10 = 1.3;     // a lamp is dark or hidden with probability 1/20
 
 struct Triple {
@@ -79,9 +80,15 @@ class Matcher {
                      std::max(1.0, static_cast<double>(lamps_of_view_[k].size()) - 2);
     log10_triples_ = std::log10(std::max(1.0, triples));
     std::vector<Vector3d> normals;
-    for (const LampShapeView& view : picture.views)
+    Matrix3d bearings = Matrix3d::Zero();
+    for (const LampShapeView& view : picture.views) {
       normals.insert(normals.end(), view.normals.begin(), view.normals.end());
+      bearings += view.bearing * view.bearing.transpose();
+    }
     common_normal_ = consensus_direction(normals);
+    const auto eigen = core::symmetric_eigen<Matrix3d>(bearings, Eigen::ComputeEigenvectors);
+    if (eigen.eigenvalues()[0] < square(max_line_width) * eigen.eigenvalues()[1])
+      line_normal_ = eigen.eigenvectors().col(0);
   }
 
   std::vector<MapMatch> run() {
@@ -156,9 +163,13 @@ class Matcher {
           const auto third = side_tolerance(j, k, q, r);
           if (!third) continue;
           if (tried_.size() >= max_hypotheses) return;
-          double log10_sides = 0;
-          for (const double tolerance : {*first, *second, *third})
-            log10_sides += std::log10(std::min(1.0, 2 * tolerance / field_));
+          double log10_sides = 0, best_side = 0;
+          for (const double tolerance : {*first, *second, *third}) {
+            const double log10_side = std::log10(std::min(1.0, 2 * tolerance / field_));
+            log10_sides += log10_side;
+            best_side = std::min(best_side, log10_side);
+          }
+          if (line_normal_) log10_sides -= best_side;  // the third side follows from two
           try_triple({i, j, k}, {p, q, r}, log10_sides);
         }
       }
@@ -290,10 +301,16 @@ class Matcher {
       Linear at = linear(match, static_cast<int>(v), match.lamp_of_view[v]);
       at.covariance += at.jacobian * match.covariance * at.jacobian.transpose();
       const Vector3d& bearing = picture_.views[v].bearing;
+      const double range = position(static_cast<int>(v), match.lamp_of_view[v]).norm();
+      if (line_normal_) {
+        const Vector3d along = line_normal_->cross(bearing).normalized();
+        const double gate = 2 * std::sqrt(gate_chi2_3 * along.dot(at.covariance * along)) / range;
+        terms.push_back(std::log10(std::min(1.0, n * gate / std::sqrt(field_sr_))));
+        continue;
+      }
       const Matrix3d to_local = shortest_rotation(bearing, Vector3d::UnitZ());
       const Eigen::Matrix2d across =
           (to_local * at.covariance * to_local.transpose()).topLeftCorner<2, 2>();
-      const double range = position(static_cast<int>(v), match.lamp_of_view[v]).norm();
       const double area =
           pi * gate_chi2_3 * std::sqrt(std::max(0.0, across.determinant())) / square(range);
       terms.push_back(std::log10(std::min(1.0, n * area / field_sr_)));
@@ -369,7 +386,8 @@ class Matcher {
   const std::vector<PictureViews>& pictures_;
   const Camera& camera_;
   std::vector<std::vector<int>> lamps_of_view_;
-  Vector3d common_normal_;  // of the picture's lamps, camera frame
+  Vector3d common_normal_;               // of the picture's lamps, camera frame
+  std::optional<Vector3d> line_normal_;  // of the plane of camera and lamps, if these are on a line
   double field_sr_ = 1, field_ = 1, log10_triples_ = 0;
   std::set<std::pair<int, std::vector<int>>> tried_;
   std::set<std::vector<int>> final_;

@@ -148,6 +148,12 @@ void GrowingMap::add_rim(const PlacedPicture& placed, int blob, Network& network
   network.points[observation.target.point].outline = outline_of(*shapes_[lamp]);
 }
 
+bool GrowingMap::is_line() const {
+  std::vector<Vector3d> at;
+  for (const int lamp : order_) at.push_back(map_.lamps[lamp].position);
+  return are_on_a_line(at);
+}
+
 bool GrowingMap::shows_a_line() const {
   return std::any_of(map_.placed.begin(), map_.placed.end(), [&](const PlacedPicture& placed) {
     std::vector<Vector3d> at;
@@ -313,6 +319,7 @@ void GrowingMap::estimate_model_sigma(const Adjustment& adjustment) {
 Result<Adjustment> GrowingMap::adjust_all(const KnownLengths& lengths) {
   AdjustOptions options;
   options.threads = options_.threads;
+  options.tolerance_sigma = 1e-4;  // far below the errors
   const auto callback = [&](const AdjustProgress& state) {
     report({"adjusting", state.iteration, 0});
     return true;

@@ -164,8 +164,18 @@ class SurveyRun {
 
   Result<Adjustment> final_adjustment() {
     // The first adjustment has centres corrected by the shapes so far, the second by its own.
-    const Result<Adjustment> first = growing_.adjust_without_lengths();
+    Result<Adjustment> first = growing_.adjust_without_lengths();
     if (!first.ok()) return first;
+    constexpr double max_line_sigma0 = 3;  // a wrong minimum of rims had 4
+    if (growing_.is_line() && first->sigma0 > max_line_sigma0) {
+      std::ostringstream text;
+      text.precision(2);
+      text << "lamps on one line need exact rims, and their residuals are " << first->sigma0
+           << " times the expected ones";
+      first.status = Status::degenerate;
+      first.message = text.str();
+      return first;
+    }
     growing_.estimate_model_sigma(*first);
     order_ = growing_.order();
     growing_.transform(internal::survey::world_frame(growing_.map(), order_));

@@ -80,6 +80,8 @@ class GrowingMap {
   bool links_are_on_a_line(int picture) const;
   int placed() const { return static_cast<int>(map_.placed.size()); }
   const LampMap& map() const { return map_; }
+  /// True if all lamps are on one line, about which only their rims determine the rotation.
+  bool is_line() const;
   /// Lamps that two pictures show, in the order of the pictures: the points of the network.
   const std::vector<int>& order() const { return order_; }
   /// Point of the network for each lamp of the map; -1: fewer than two pictures show it.
@@ -119,8 +121,8 @@ class GrowingMap {
   void update_from(const Adjustment& adjustment);
   void add_rim(const PlacedPicture& placed, int blob, Network& network,
                ImageObservation& observation) const;
-  /// True if a picture shows lamps on one line only. Their centres leave the rotation about the
-  /// line open, so that the rims are observations of all adjustments.
+  /// True if a picture shows lamps on one line only, so that the rims are observations of all
+  /// adjustments.
   bool shows_a_line() const;
   std::optional<ShapeOfViews> fitted_shape(int lamp) const;
   void set_shape(int lamp, const ShapeOfViews& found);

@@ -17,7 +17,8 @@
 //     NFA = N_triples * prod of 3 (2 tolerance / field) * prod over further lamps of min(1, n p_i)
 //
 // with p_i the part of the picture that the gate of lamp i covers and n the number of blobs. Ranges
-// and heights do not count, because lamps of one kind on one ceiling have them in common. Each
+// and heights do not count, because lamps of one kind on one ceiling have them in common. Of lamps
+// on one line in the picture, two sides of the triple and places along the line count only. Each
 // contradiction multiplies NFA by 20: a lamp that should be in the picture and is not, or a blob
 // that a placed picture should show and does not.
 #pragma once
