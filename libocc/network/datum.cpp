@@ -294,18 +294,20 @@ Result<Network> in_datum(const Network& network, const Network& reference, const
   std::vector<ImageObservation> observations;
   observations.swap(result.value.observations);  // saves copying them in each step
   for (const Datum& current : {inner, datum}) {
+    const auto conditions = datum_conditions(reference, layout, current, defect);
+    if (!conditions) return fail("the datum's targets do not determine it");
+    const Index rows = conditions->rows[0].rows();
     for (int step = 0; step < max_steps; ++step) {
-      const auto conditions = datum_conditions(reference, layout, current, defect);
-      if (!conditions) return fail("the datum's targets do not determine it");
       MatrixXd jacobian = MatrixXd::Zero(defect.total(), defect.total());
       Eigen::VectorXd misclosure = Eigen::VectorXd::Zero(defect.total());
-      const Index rows = conditions->rows.empty() ? 0 : conditions->rows[0].rows();
-      jacobian.topRows(rows) = datum_normal_matrix(*conditions, result.value, defect);
+      add_outlines(*conditions, result.value, defect, jacobian);
       for (std::size_t k = 0; k < conditions->targets.size(); ++k) {
         const Target& target = conditions->targets[k];
-        misclosure.head(rows) +=
-            conditions->rows[k] * (result.value.position_m(target) - reference.position_m(target));
-        if (!conditions->outline_rows[k].isZero(0))
+        const Vector3d position = result.value.position_m(target);
+        misclosure.head(rows) += conditions->rows[k] * (position - reference.position_m(target));
+        jacobian.topRows(rows) +=
+            internal::core::product(conditions->rows[k], similarity_jacobian(defect, position));
+        if (conditions->outline_rows[k].rows() > 0)
           misclosure.head(rows) += conditions->outline_rows[k] *
                                    rotation_between(*reference.points[target.point].outline,
                                                     *result.value.points[target.point].outline);

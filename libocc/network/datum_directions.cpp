@@ -74,10 +74,10 @@ DatumConditions inner(const Network& network, const NetworkLayout& layout,
     conditions.rows.push_back(
         core::product(similarity_jacobian(defect, network.position_m(target)), directions)
             .transpose());
-    const bool has_outline = target.body < 0 && layout.point_sizes[target.point] > 3;
-    const double squared_arm =
-        has_outline ? network.points[target.point].outline->size_m.prod() : 0;
-    conditions.outline_rows.push_back(squared_arm * rotations);
+    DatumConditions::Rows& outline_rows = conditions.outline_rows.emplace_back();
+    if (target.body >= 0 || layout.point_sizes[target.point] == 3) continue;
+    const auto& outline = network.points[target.point].outline;
+    if (outline) outline_rows = outline->size_m.prod() * rotations;
   }
   return conditions;
 }
@@ -94,7 +94,7 @@ std::optional<DatumConditions> minimal(const Network& network, const std::vector
   DatumConditions conditions;
   conditions.targets = targets;
   conditions.rows.assign(targets.size(), MatrixXd::Zero(defect.total(), 3));
-  conditions.outline_rows = conditions.rows;
+  conditions.outline_rows.resize(targets.size());
   for (Index k = 0; k < defect.total(); ++k) {
     const Index chosen = qr.colsPermutation().indices()[k];
     conditions.rows[chosen / 3](k, chosen % 3) = 1;
@@ -163,20 +163,15 @@ MatrixXd datum_null_space(const Network& network, const NetworkLayout& layout,
   return columns;
 }
 
-MatrixXd datum_normal_matrix(const DatumConditions& conditions, const Network& network,
-                             const DatumDefect& defect) {
-  const Index rows = conditions.rows.empty() ? 0 : conditions.rows[0].rows();
-  MatrixXd normal = MatrixXd::Zero(rows, defect.total());
+void add_outlines(const DatumConditions& conditions, const Network& network,
+                  const DatumDefect& defect, MatrixXd& sum) {
   for (std::size_t k = 0; k < conditions.targets.size(); ++k) {
-    const Target& target = conditions.targets[k];
-    normal +=
-        core::product(conditions.rows[k], similarity_jacobian(defect, network.position_m(target)));
-    if (conditions.outline_rows[k].isZero(0)) continue;
-    const Matrix3Xd axes = rotation_axes(*network.points[target.point].outline);
-    normal += core::product(core::product(conditions.outline_rows[k], axes),
-                            core::product(axes.transpose(), defect.directions.topRows<3>()));
+    const DatumConditions::Rows& rows = conditions.outline_rows[k];
+    if (rows.rows() == 0) continue;
+    const Matrix3Xd axes = rotation_axes(*network.points[conditions.targets[k].point].outline);
+    sum.topRows(rows.rows()) += core::product(
+        core::product(rows, axes), core::product(axes.transpose(), defect.directions.topRows<3>()));
   }
-  return normal;
 }
 
 std::optional<DatumConditions> datum_conditions(const Network& network, const NetworkLayout& layout,
@@ -208,7 +203,10 @@ std::optional<DatumConditions> datum_conditions(const Network& network, const Ne
   if (datum.targets.empty()) targets = all_targets;
   if (targets.empty()) return std::nullopt;
   DatumConditions conditions = inner(network, layout, targets, defect, all);
-  const auto svd = core::jacobi_svd<MatrixXd>(datum_normal_matrix(conditions, network, defect));
+  MatrixXd normal = MatrixXd::Zero(defect.total(), defect.total());
+  for (const auto& rows : conditions.rows) normal += core::product_transposed(rows, rows);
+  add_outlines(conditions, network, defect, normal);
+  const auto svd = core::jacobi_svd<MatrixXd>(normal);
   const auto& singular_values = svd.singularValues();
   if (!(singular_values.minCoeff() > 1e-12 * singular_values.maxCoeff())) return std::nullopt;
   return conditions;
@@ -227,7 +225,7 @@ MatrixXd condition_matrix(const DatumConditions& conditions, const Network& netw
   for (std::size_t k = 0; k < conditions.targets.size(); ++k) {
     const Target& target = conditions.targets[k];
     add(target, 0, conditions.rows[k]);
-    if (conditions.outline_rows[k].isZero(0) || layout.offset_of(target) == none) continue;
+    if (conditions.outline_rows[k].rows() == 0) continue;
     const Matrix3Xd axes = rotation_axes(state.outlines[target.point]);
     all.block(layout.offset_of(target) + 3, 0, axes.cols(), count) =
         (conditions.outline_rows[k] * axes).transpose();

@@ -265,7 +265,9 @@ double Precision::scale_sigma() const {
   const auto conditions = datum_conditions(free.network, free.layout, {}, all);
   if (!conditions) return std::numeric_limits<double>::infinity();
   const MatrixXd b = condition_matrix(*conditions, free.network, free.layout, free.state);
-  const MatrixXd normal = datum_normal_matrix(*conditions, free.network, all);
+  MatrixXd normal = MatrixXd::Zero(7, 7);
+  for (const auto& rows : conditions->rows) normal += core::product_transposed(rows, rows);
+  add_outlines(*conditions, free.network, all, normal);
   const MatrixXd h = core::transposed_product(b, state_->h);
   const MatrixXd k = core::transposed_product(b, state_->qb);
   const MatrixXd q =

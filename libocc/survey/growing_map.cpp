@@ -103,10 +103,8 @@ void GrowingMap::start(int picture, bool by_plane) {
   for (std::size_t v = 0; v < views.size(); ++v)
     map_.placed[0].lamp_of[views[v].blob] = add_lamp(views[v], Rigid3(), sizes[v], nullptr);
   // Lamps of one ceiling face one direction; the normal of each follows when pictures are joined.
-  std::vector<Vector3d> normals;
-  for (const LampShapeView& view : views)
-    normals.insert(normals.end(), view.normals.begin(), view.normals.end());
-  for (MapLamp& lamp : map_.lamps) lamp.normal = consensus_direction(normals);
+  const Vector3d normal = common_normal(views);
+  for (MapLamp& lamp : map_.lamps) lamp.normal = normal;
 }
 
 void GrowingMap::start(const std::vector<MapLamp>& known) {

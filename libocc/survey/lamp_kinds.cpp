@@ -20,11 +20,31 @@ constexpr double plane_sigma = 0.1;
 constexpr double max_step = 1.25;   // of sizes in a plane; lamps that hang look larger
 constexpr double min_cosine = 0.1;  // of a ray and the plane's normal
 
+/// Size of a lamp in the plane of other lamps.
+double size_in_plane(const LampShapeView& view, const Rigid3& cam_from_map,
+                     const std::vector<MapLamp>& lamps) {
+  Vector3d normal = Vector3d::Zero();
+  for (const MapLamp& lamp : lamps) normal += lamp.normal;
+  normal.normalize();
+  std::vector<double> heights;
+  for (const MapLamp& lamp : lamps) heights.push_back(normal.dot(lamp.position));
+  const Rigid3 map_from_cam = cam_from_map.inverse();
+  const double height = median(std::move(heights)) - normal.dot(map_from_cam.translation);
+  const double cosine =
+      std::max(min_cosine, std::abs(normal.dot(map_from_cam.rotation * view.bearing)));
+  return std::abs(height) / (cosine * view.range);
+}
+
 }  // namespace
 
 double aspect_of(const LampShapeView& view) {
   if (view.shape == LampShape::disc) return 1;
   return view.sides.maxCoeff() / view.sides.minCoeff();
+}
+
+double aspect_of(const Lamp& lamp) {
+  if (lamp.shape != LampShape::rectangle) return 1;
+  return lamp.size_m.maxCoeff() / lamp.size_m.minCoeff();
 }
 
 Vector3d long_side(const LampShapeView& view) {
@@ -43,35 +63,32 @@ bool is_of_kind(const LampShapeView& view, LampShape shape, double aspect) {
 }
 
 LampGroups groups_of(const std::vector<LampShapeView>& views, bool by_plane) {
-  std::vector<Vector3d> normals;
-  for (const LampShapeView& view : views)
-    normals.insert(normals.end(), view.normals.begin(), view.normals.end());
-  const Vector3d normal = consensus_direction(normals);
+  const Vector3d normal = common_normal(views);
   LampGroups groups;
-  groups.group_of.assign(views.size(), -1);
+  groups.group_of.resize(views.size());
   for (const LampShapeView& view : views)
     groups.plane_size.push_back(
         1 / (std::max(min_cosine, std::abs(normal.dot(view.bearing))) * view.range));
-  // In the order of their sizes, lamps of a kind make a new group at each step.
+  // In the order of their sizes, a lamp that is much larger than the last one of its kind begins a
+  // new group.
   std::vector<std::size_t> order(views.size());
   std::iota(order.begin(), order.end(), 0);
   std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
     return groups.plane_size[a] < groups.plane_size[b];
   });
-  std::vector<std::size_t> last;  // view of each group
+  std::vector<std::size_t> last;  // largest view of each group so far
   for (const std::size_t v : order) {
-    for (int g = 0; g < groups.count; ++g) {
-      const LampShapeView& other = views[last[g]];
-      if (!is_of_kind(views[v], other.shape, aspect_of(other)) ||
-          (by_plane && groups.plane_size[v] > max_step * groups.plane_size[last[g]]))
-        continue;
-      groups.group_of[v] = g;
-      last[g] = v;
-    }
-    if (groups.group_of[v] >= 0) continue;
-    groups.group_of[v] = groups.count++;
-    last.push_back(v);
+    const auto group = std::find_if(last.begin(), last.end(), [&](std::size_t other) {
+      return is_of_kind(views[v], views[other].shape, aspect_of(views[other])) &&
+             !(by_plane && groups.plane_size[v] > max_step * groups.plane_size[other]);
+    });
+    groups.group_of[v] = static_cast<int>(group - last.begin());
+    if (group == last.end())
+      last.push_back(v);
+    else
+      *group = v;
   }
+  groups.count = static_cast<int>(last.size());
   return groups;
 }
 
@@ -94,33 +111,29 @@ std::vector<LampSize> sizes_of(const LampGroups& groups, double spread) {
 
 LampSize size_of_further_lamp(const LampShapeView& view, const Rigid3& cam_from_map,
                               const std::vector<MapLamp>& lamps, double spread) {
-  std::vector<double> sizes, sigmas, heights;
-  Vector3d normal = Vector3d::Zero();
-  for (const MapLamp& lamp : lamps) normal += lamp.normal;
-  normal.normalize();
-  for (const MapLamp& lamp : lamps) heights.push_back(normal.dot(lamp.position));
-  const Rigid3 map_from_cam = cam_from_map.inverse();
-  const double height = median(heights) - normal.dot(map_from_cam.translation);
-  const double cosine =
-      std::max(min_cosine, std::abs(normal.dot(map_from_cam.rotation * view.bearing)));
-  const double in_plane = std::abs(height) / (cosine * view.range);
+  std::vector<const MapLamp*> similar;
   double smallest = infinity, largest = 0;
   for (const MapLamp& lamp : lamps) {
     if (!is_of_kind(view, lamp.shape, lamp.aspect)) continue;
+    similar.push_back(&lamp);
     smallest = std::min(smallest, lamp.size);
     largest = std::max(largest, lamp.size);
   }
-  const bool has_one_size = largest < max_step * smallest;
-  for (const MapLamp& lamp : lamps) {
-    const double ratio = lamp.size / in_plane;
-    if (!is_of_kind(view, lamp.shape, lamp.aspect) ||
-        (!has_one_size && (ratio > max_step || ratio < 1 / max_step)))
-      continue;
-    sizes.push_back(lamp.size);
-    sigmas.push_back(lamp.size_sigma);
+  if (!(largest < max_step * smallest) || similar.empty()) {  // several sizes, or none
+    const double in_plane = size_in_plane(view, cam_from_map, lamps);
+    const auto differs = [&](const MapLamp* lamp) {
+      const double ratio = lamp->size / in_plane;
+      return ratio > max_step || ratio < 1 / max_step;
+    };
+    similar.erase(std::remove_if(similar.begin(), similar.end(), differs), similar.end());
+    if (similar.empty()) return {in_plane, std::hypot(spread, plane_sigma)};
   }
-  if (!sizes.empty()) return {median(sizes), std::max(spread, median(sigmas))};
-  return {in_plane, std::hypot(spread, plane_sigma)};
+  std::vector<double> sizes, sigmas;
+  for (const MapLamp* lamp : similar) {
+    sizes.push_back(lamp->size);
+    sigmas.push_back(lamp->size_sigma);
+  }
+  return {median(std::move(sizes)), std::max(spread, median(std::move(sigmas)))};
 }
 
 }  // namespace occ::internal::survey

@@ -79,16 +79,10 @@ class Matcher {
                      std::max(1.0, static_cast<double>(lamps_of_view_[j].size()) - 1) *
                      std::max(1.0, static_cast<double>(lamps_of_view_[k].size()) - 2);
     log10_triples_ = std::log10(std::max(1.0, triples));
-    std::vector<Vector3d> normals;
-    Matrix3d bearings = Matrix3d::Zero();
-    for (const LampShapeView& view : picture.views) {
-      normals.insert(normals.end(), view.normals.begin(), view.normals.end());
-      bearings += view.bearing * view.bearing.transpose();
-    }
-    common_normal_ = consensus_direction(normals);
-    const auto eigen = core::symmetric_eigen<Matrix3d>(bearings, Eigen::ComputeEigenvectors);
-    if (eigen.eigenvalues()[0] < square(max_line_width) * eigen.eigenvalues()[1])
-      line_normal_ = eigen.eigenvectors().col(0);
+    common_normal_ = common_normal(picture.views);
+    std::vector<Vector3d> bearings;
+    for (const LampShapeView& view : picture.views) bearings.push_back(view.bearing);
+    line_normal_ = line_normal(bearings, max_line_width);
   }
 
   std::vector<MapMatch> run() {

@@ -173,4 +173,19 @@ Vector3d consensus_direction(const std::vector<Vector3d>& directions) {
   return mean;
 }
 
+Vector3d common_normal(const std::vector<LampShapeView>& views) {
+  std::vector<Vector3d> normals;
+  for (const LampShapeView& view : views)
+    normals.insert(normals.end(), view.normals.begin(), view.normals.end());
+  return consensus_direction(normals);
+}
+
+std::optional<Vector3d> line_normal(const std::vector<Vector3d>& bearings, double max_width) {
+  Matrix3d sum = Matrix3d::Zero();
+  for (const Vector3d& bearing : bearings) sum += bearing * bearing.transpose();
+  const auto eigen = core::symmetric_eigen<Matrix3d>(sum, Eigen::ComputeEigenvectors);
+  if (!(eigen.eigenvalues()[0] < square(max_width) * eigen.eigenvalues()[1])) return std::nullopt;
+  return eigen.eigenvectors().col(0);
+}
+
 }  // namespace occ::internal::survey

@@ -71,15 +71,13 @@ int GrowingMap::linked_blobs(int picture) const {
 }
 
 bool GrowingMap::links_are_on_a_line(int picture) const {
-  Matrix3d sum = Matrix3d::Zero();
+  std::vector<Vector3d> bearings;
   for (std::size_t b = 0; b < input_[picture].blobs.size(); ++b) {
     const auto bearing = camera_.unproject(input_[picture].blobs[b].centroid_px);
-    if (bearing && links_.link(picture, static_cast<int>(b)) >= 0)
-      sum += *bearing * bearing->transpose();
+    if (bearing && links_.link(picture, static_cast<int>(b)) >= 0) bearings.push_back(*bearing);
   }
   constexpr double max_width = 0.03;  // over the length, far beyond the noise of a distant corridor
-  const Vector3d spread = core::symmetric_eigen<Matrix3d>(sum).eigenvalues();
-  return spread[0] < square(max_width) * spread[1];
+  return line_normal(bearings, max_width).has_value();
 }
 
 std::vector<PointStarts> GrowingMap::link_starts() const {

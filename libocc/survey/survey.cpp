@@ -46,7 +46,7 @@ class SurveyRun {
  public:
   SurveyRun(const std::vector<SurveyPicture>& pictures, const Camera& camera,
             const SurveyOptions& options, const SurveyCallback& progress,
-            const std::vector<MapLamp>& known = {})
+            const std::vector<MapLamp>& known)
       : pictures_(pictures),
         options_(options),
         known_(known),
@@ -440,13 +440,6 @@ void SurveyRun::note_rejections(Survey& survey) const {
   for (const std::string& warning : survey.adjustment.warnings) survey.warnings.push_back(warning);
 }
 
-Result<Survey> stopped() {
-  Result<Survey> result;
-  result.status = Status::not_converged;
-  result.message = "the survey was stopped";
-  return result;
-}
-
 }  // namespace
 
 Result<Survey> internal::survey::survey_from(const std::vector<MapLamp>& known,
@@ -456,7 +449,10 @@ Result<Survey> internal::survey::survey_from(const std::vector<MapLamp>& known,
   try {
     return SurveyRun(pictures, camera, options, progress, known).run();
   } catch (const SurveyStopped&) {
-    return stopped();
+    Result<Survey> stopped;
+    stopped.status = Status::not_converged;
+    stopped.message = "the survey was stopped";
+    return stopped;
   }
 }
 
@@ -474,18 +470,14 @@ Result<Survey> survey(const std::vector<SurveyPicture>& pictures, const Camera& 
           "one with a single projection centre");
   require(!options.calibrate_camera || !camera.is_exact(), "calibrate_camera", "true",
           "used with a camera that states errors of its parameters");
-  try {
-    if (!options.ordered || options.row_time_s == 0)
-      return SurveyRun(pictures, camera, options, progress).run();
-    std::vector<std::string> notes;
-    const std::vector<SurveyPicture> still = internal::survey::without_rolling_shutter(
-        pictures, options.row_time_s, camera.width(), camera.height(), notes);
-    Result<Survey> result = SurveyRun(still, camera, options, progress).run();
-    result.value.warnings.insert(result.value.warnings.end(), notes.begin(), notes.end());
-    return result;
-  } catch (const internal::survey::SurveyStopped&) {
-    return stopped();
-  }
+  if (!options.ordered || options.row_time_s == 0)
+    return internal::survey::survey_from({}, pictures, camera, options, progress);
+  std::vector<std::string> notes;
+  const std::vector<SurveyPicture> still = internal::survey::without_rolling_shutter(
+      pictures, options.row_time_s, camera.width(), camera.height(), notes);
+  Result<Survey> result = internal::survey::survey_from({}, still, camera, options, progress);
+  result.value.warnings.insert(result.value.warnings.end(), notes.begin(), notes.end());
+  return result;
 }
 
 }  // namespace occ

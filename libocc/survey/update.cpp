@@ -68,8 +68,11 @@ class UpdateRun {
     std::vector<SurveyPicture> left = pictures_;
     for (std::size_t block = 0; block < max_blocks; ++block) {
       Result<Survey> found = survey(left, map_.camera, options_.survey, progress_);
-      if (!found.ok() && found.status != Status::not_converged) {
-        Result<Survey> by_map = survey_in_map(left);
+      const std::vector<internal::survey::MapLamp> lamps = lamps_with_size();
+      if (!found.ok() && found.status != Status::not_converged && !lamps.empty()) {
+        // Pictures that do not match each other join by the lamps of the map.
+        Result<Survey> by_map =
+            internal::survey::survey_from(lamps, left, map_.camera, options_.survey, progress_);
         if (by_map.ok() || by_map.status == Status::not_converged) found = std::move(by_map);
       }
       if (found.status == Status::not_converged) {
@@ -131,10 +134,8 @@ class UpdateRun {
       known.position = lamp.centre_m;
       known.covariance = map_lamps_[i].covariance;
       known.shape = lamp.shape == LampShape::rectangle ? lamp.shape : LampShape::disc;
-      if (known.shape == LampShape::rectangle) {
-        known.aspect = lamp.size_m.maxCoeff() / lamp.size_m.minCoeff();
-        known.x_axis = internal::survey::long_side(lamp);
-      }
+      known.aspect = internal::survey::aspect_of(lamp);
+      known.x_axis = internal::survey::long_side(lamp);
       known.size = map_lamps_[i].size;
       known.size_sigma = std::max(lamp.size_sigma, options_.survey.size_spread);
       known.normal = lamp.normal;
@@ -142,15 +143,6 @@ class UpdateRun {
       lamps.push_back(known);
     }
     return lamps;
-  }
-
-  /// Joins pictures that do not match each other by the lamps of the map.
-  Result<Survey> survey_in_map(const std::vector<SurveyPicture>& pictures) const {
-    const std::vector<internal::survey::MapLamp> lamps = lamps_with_size();
-    Result<Survey> none;
-    none.status = Status::no_pose;
-    if (lamps.empty()) return none;
-    return internal::survey::survey_from(lamps, pictures, map_.camera, options_.survey, progress_);
   }
 
   /// Lists the poses in the map of the first picture that shows four lamps, because the pictures do

@@ -7,7 +7,7 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
-#include <map>
+#include <iostream>
 #include <string>
 #include <vector>
 
@@ -225,22 +225,6 @@ inline Network aligned(const Network& network, const std::vector<CheckPoint>& po
   return transformed(network, similarity);
 }
 
-/// Lamp of the scene that most blobs of each lamp of the survey show.
-inline std::vector<int> truth_by_majority(const Survey& survey,
-                                          const std::vector<MadePicture>& made) {
-  std::vector<std::map<int, int>> counts(survey.lamps.size());
-  for (std::size_t i = 0; i < made.size(); ++i)
-    for (std::size_t b = 0; b < made[i].lamps.size(); ++b)
-      if (const int id = survey.lamp_of_blob[i][b]; id >= 0)
-        ++counts[static_cast<std::size_t>(id)][made[i].lamps[b]];
-  std::vector<int> truth;
-  for (const auto& of_lamp : counts)
-    truth.push_back(std::max_element(of_lamp.begin(), of_lamp.end(), [](auto& a, auto& b) {
-                      return a.second < b.second;
-                    })->first);
-  return truth;
-}
-
 /// Squared errors of the positions over their covariance, free of the similarity between map and
 /// scene; sets `dof`. Distances would not do: those of lamps in one plane do not change with small
 /// errors across it.
@@ -274,6 +258,50 @@ inline double shape_chi2(const Survey& survey, const Scene& scene, const std::ve
                                      free.transpose() * known->joint(targets) * free;
   const Eigen::VectorXd reduced = free.transpose() * errors;
   return reduced.dot(covariance.ldlt().solve(reduced));
+}
+
+/// Sums over the maps of many surveys.
+struct MapSums {
+  int ok = 0, wrong = 0, dof = 0;
+  double chi2 = 0;
+};
+
+/// Adds a map, and prints a wrong one. `truth`: lamp of the scene of each lamp; negative: none.
+inline void add(MapSums& sums, const Survey& survey, const Scene& scene,
+                const std::vector<int>& truth, std::uint64_t seed) {
+  ++sums.ok;
+  int dof = 0;
+  const bool mixed = std::any_of(truth.begin(), truth.end(), [](int lamp) { return lamp < 0; });
+  const double chi2 = mixed ? infinity : shape_chi2(survey, scene, truth, dof);
+  if (chi2 < dof + 8 * std::sqrt(2.0 * dof)) {
+    sums.chi2 += chi2;
+    sums.dof += dof;
+    return;
+  }
+  ++sums.wrong;
+  std::cout << "seed " << seed << ": wrong, " << truth.size() << " lamps of " << scene.lamps.size()
+            << ", chi-square " << chi2 << " of " << dof << ", sigma0 " << survey.adjustment.sigma0
+            << ", redundancy " << survey.adjustment.redundancy << ", "
+            << survey.adjustment.rejected.size() << " rejected" << std::endl;
+}
+
+inline std::ostream& operator<<(std::ostream& out, const MapSums& sums) {
+  return out << "ok " << sums.ok << ", wrong " << sums.wrong << ", squared errors over variances "
+             << sums.chi2 / sums.dof;
+}
+
+/// Lamp of the scene for each blob of a picture; -1: none.
+inline std::vector<int> lamps_of_blobs(const std::vector<Blob>& blobs, const Scene& scene,
+                                       const Rigid3& pose) {
+  constexpr double max_distance_px = 3;
+  std::vector<int> lamps(blobs.size(), -1);
+  for (std::size_t b = 0; b < blobs.size(); ++b)
+    for (std::size_t i = 0; i < scene.lamps.size(); ++i) {
+      const auto px = project_lamp_centre(scene.lamps[i], pose, scene.camera);
+      if (px && (*px - blobs[b].centroid_px).norm() < max_distance_px)
+        lamps[b] = static_cast<int>(i);
+    }
+  return lamps;
 }
 
 /// Pictures of a camera that moves slowly below the lamps and turns, as frames of a video.

@@ -405,13 +405,7 @@ std::vector<MadePicture> rendered_pictures(const std::string& prefix, Scene& sce
     options.sensor = scene.sensor;
     MadePicture one;
     one.picture = {room.name, detect(room.image.view(), options)};
-    for (const Blob& blob : one.picture.blobs) {
-      one.lamps.push_back(-1);
-      for (std::size_t i = 0; i < scene.lamps.size(); ++i) {
-        const auto px = project_lamp_centre(scene.lamps[i], room.cam_from_world, scene.camera);
-        if (px && (*px - blob.centroid_px).norm() < 3) one.lamps.back() = static_cast<int>(i);
-      }
-    }
+    one.lamps = lamps_of_blobs(one.picture.blobs, scene, room.cam_from_world);
     made.push_back(one);
   }
   return made;

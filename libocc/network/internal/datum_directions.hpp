@@ -28,14 +28,14 @@ Eigen::Matrix3Xd similarity_jacobian(const DatumDefect& defect, const Eigen::Vec
 struct DatumConditions {
   using Rows = Eigen::Matrix<double, Eigen::Dynamic, 3>;
   std::vector<Target> targets;
-  std::vector<Rows> rows, outline_rows;  ///< zero for targets without an unknown outline
-  std::vector<Target> distance;          ///< none or two
+  std::vector<Rows> rows;
+  std::vector<Rows> outline_rows;  ///< empty for targets without an unknown outline
+  std::vector<Target> distance;    ///< none or two
 };
 
-/// Sum over the targets of the rows times their similarity_jacobian(), and of the outline_rows
-/// times the rotation of their outlines.
-Eigen::MatrixXd datum_normal_matrix(const DatumConditions& conditions, const Network& network,
-                                    const DatumDefect& defect);
+/// Adds the derivative of the sum of outline_rows_k w_k by the defect's directions.
+void add_outlines(const DatumConditions& conditions, const Network& network,
+                  const DatumDefect& defect, Eigen::MatrixXd& sum);
 
 /// Nothing when the targets do not determine the datum.
 std::optional<DatumConditions> datum_conditions(const Network& network, const NetworkLayout& layout,

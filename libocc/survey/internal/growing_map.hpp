@@ -160,8 +160,8 @@ enum class LinkStart { none, started, ambiguous };
 /// agree with the pictures alike.
 LinkStart start_from_links(GrowingMap& growing);
 
-/// survey() that joins pictures to known lamps, whose positions it determines anew; the frame and
-/// the scale are its own. Row times are not used.
+/// survey() that joins pictures to known lamps, if there are any, whose positions it determines
+/// anew; the frame and the scale are its own. Row times are not used, and nothing is validated.
 Result<Survey> survey_from(const std::vector<MapLamp>& known,
                            const std::vector<SurveyPicture>& pictures, const Camera& camera,
                            const SurveyOptions& options, const SurveyCallback& progress);

@@ -18,6 +18,7 @@ struct LampSize {
 
 /// Ratio of the longer to the shorter side of a rectangle; 1 for a disc.
 double aspect_of(const LampShapeView& view);
+double aspect_of(const Lamp& lamp);
 
 /// Direction of the longer side of a rectangle; zero for a disc.
 Eigen::Vector3d long_side(const LampShapeView& view);

@@ -48,5 +48,12 @@ const char* reason_without_view(const Blob& blob);
 
 /// The direction with the most others within 0.2 rad, averaged over these. Zero without directions.
 Eigen::Vector3d consensus_direction(const std::vector<Eigen::Vector3d>& directions);
+/// consensus_direction() of the normals of all views.
+Eigen::Vector3d common_normal(const std::vector<LampShapeView>& views);
+
+/// Normal of the plane of camera and lamps if these are on a line, within `max_width` over the
+/// length of their spread.
+std::optional<Eigen::Vector3d> line_normal(const std::vector<Eigen::Vector3d>& bearings,
+                                           double max_width);
 
 }  // namespace occ::internal::survey
