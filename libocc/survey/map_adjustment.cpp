@@ -249,6 +249,24 @@ void GrowingMap::update_from(const Adjustment& adjustment) {
     }
 }
 
+std::vector<TimedPose> GrowingMap::timed_poses() const {
+  std::vector<TimedPose> poses;
+  for (std::size_t i = 0; i < map_.placed.size(); ++i) {
+    const std::optional<double>& time_s = input_[map_.placed[i].picture].time_s;
+    const Matrix6 covariance =
+        precision_ ? precision_->station(static_cast<int>(i)) : Matrix6(Matrix6::Zero());
+    if (time_s && covariance.allFinite())
+      poses.push_back({map_.placed[i].picture, *time_s, map_.placed[i].cam_from_map, covariance});
+  }
+  std::stable_sort(poses.begin(), poses.end(),
+                   [](const TimedPose& a, const TimedPose& b) { return a.time_s < b.time_s; });
+  const auto same_time = [](const TimedPose& a, const TimedPose& b) {
+    return a.time_s == b.time_s;
+  };
+  poses.erase(std::unique(poses.begin(), poses.end(), same_time), poses.end());
+  return poses;
+}
+
 int GrowingMap::drop_undetermined(const Adjustment& failed) {
   if (map_.placed.size() < 4) return 0;  // the rest would be no map
   const Network& network = failed.network;

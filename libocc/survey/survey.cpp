@@ -13,6 +13,7 @@
 #include "libocc/core/require.hpp"
 #include "libocc/core/statistics.hpp"
 #include "libocc/survey/internal/growing_map.hpp"
+#include "libocc/survey/internal/inertial_scale.hpp"
 #include "libocc/survey/internal/lamp_light.hpp"
 #include "libocc/survey/internal/row_times.hpp"
 #include "libocc/survey/internal/survey_notes.hpp"
@@ -178,7 +179,9 @@ class SurveyRun {
     }
     growing_.estimate_model_sigma(*first);
     order_ = growing_.order();
-    growing_.transform(internal::survey::world_frame(growing_.map(), order_));
+    const Similarity frame = internal::survey::world_frame(growing_.map(), order_);
+    if (!options_.imu.empty() && options_.scale_is_free()) align_inertial(frame);
+    growing_.transform(frame);
     apply_scale();
     move_to_origin();
     Result<Adjustment> adjusted = adjust_with_rims();
@@ -197,6 +200,21 @@ class SurveyRun {
     if (scale_source_ == SurveyScale::radius) check_radii();
     warnings_.insert(warnings_.end(), notes_of_tags_.begin(), notes_of_tags_.end());
     return adjusted;
+  }
+
+  /// Aligns the inertial measurements with the map that `frame` is to transform.
+  void align_inertial(const Similarity& frame) {
+    const auto found = internal::survey::align_inertial(growing_.timed_poses(), options_.imu);
+    if (found.ok()) {
+      inertial_ = found.value;
+      inertial_->scale /= frame.scale;
+      inertial_->down = frame.rotation * found->down;
+      for (const int picture : found->contradictions)
+        warnings_.push_back("the inertial measurements after " + pictures_[picture].name +
+                            " are not used: the turn to the next picture differs");
+    } else {
+      warnings_.push_back("the inertial measurements give no scale: " + found.message);
+    }
   }
 
   Similarity move_to_origin() {
@@ -263,6 +281,10 @@ class SurveyRun {
       similarity.scale = scale->first;
       scale_sigma_ = scale->second;
       scale_source_ = SurveyScale::odometry;
+    } else if (inertial_) {
+      similarity.scale = std::exchange(inertial_->scale, 1);
+      scale_sigma_ = inertial_->scale_sigma;
+      scale_source_ = SurveyScale::imu;
     }
     growing_.transform(similarity);
   }
@@ -325,6 +347,7 @@ class SurveyRun {
   std::vector<std::string> warnings_, notes_of_tags_;
   SurveyScale scale_source_ = SurveyScale::free;
   double scale_sigma_ = 0;
+  std::optional<InertialAlignment> inertial_;
   int candidates_ = 0, linked_ = 0;  // pictures with four views, or four linked blobs
   LinkStart by_links_ = LinkStart::none;
 };
@@ -342,6 +365,7 @@ Result<Survey> SurveyRun::result_of(const Result<Adjustment>& adjusted) {
   survey.camera = growing_.camera();
   survey.scale = scale_source_;
   survey.scale_sigma = scale_sigma_;
+  if (scale_source_ == SurveyScale::imu) survey.inertial = inertial_;
   survey.model_sigma_px = growing_.model_sigma_px();
   survey.warnings = growing_.link_notes();
   survey.warnings.insert(survey.warnings.end(), warnings_.begin(), warnings_.end());
@@ -458,18 +482,7 @@ Result<Survey> internal::survey::survey_from(const std::vector<MapLamp>& known,
 
 Result<Survey> survey(const std::vector<SurveyPicture>& pictures, const Camera& camera,
                       const SurveyOptions& options, const SurveyCallback& progress) {
-  options.validate();
-  for (const SurveyPicture& picture : pictures) {
-    require(picture.tracks.empty() || picture.tracks.size() == picture.blobs.size(),
-            picture.name + ": tracks", picture.tracks.size(), "one for each blob");
-    if (picture.odometry_m)
-      require(picture.odometry_m->allFinite(), picture.name + ": odometry_m",
-              picture.odometry_m->transpose(), "finite");
-  }
-  require(camera.is_central(), "camera", name_of(camera.kind()),
-          "one with a single projection centre");
-  require(!options.calibrate_camera || !camera.is_exact(), "calibrate_camera", "true",
-          "used with a camera that states errors of its parameters");
+  internal::survey::check_input(pictures, camera, options);
   if (!options.ordered || options.row_time_s == 0)
     return internal::survey::survey_from({}, pictures, camera, options, progress);
   std::vector<std::string> notes;

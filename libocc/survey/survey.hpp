@@ -29,8 +29,9 @@
 // World frame: the lamps' mean normal points down (z is up; lamps without rims count with the
 // normal of the plane that fits them best); x points from lamp 0 to the lamp farthest from it; the
 // lamps' mean x and y, and the lowest camera's z are zero. Pictures do not show the scale: it
-// follows from distances, from AprilTags of known size, from a lamp's radius, or from odometry;
-// otherwise it is free, and the distance from lamp 0 to the farthest lamp is 1.
+// follows from distances, from AprilTags of known size, from a lamp's radius, from odometry, or
+// from an inertial measurement unit (internal/inertial_scale.hpp); otherwise it is free, and the
+// distance from lamp 0 to the farthest lamp is 1.
 #pragma once
 
 #include <Eigen/Core>
@@ -43,6 +44,7 @@
 #include "libocc/core/abi.hpp"
 #include "libocc/core/blob.hpp"
 #include "libocc/core/status.hpp"
+#include "libocc/geometry/motion_input.hpp"
 #include "libocc/landmarks/april_tags.hpp"
 #include "libocc/network/adjust.hpp"
 #include "libocc/scene/lamp.hpp"
@@ -56,7 +58,7 @@ struct SurveyPicture {
   std::vector<AprilTag> tags = {};  ///< result of detect_april_tags(), for a scale by tags
   /// Track of each blob in a recording, or -1; empty: no tracks. Blobs of one track are one lamp.
   std::vector<int> tracks = {};
-  std::optional<double> time_s = {};  ///< exposure of the middle row, for row_time_s
+  std::optional<double> time_s = {};  ///< exposure of the middle row, for row_time_s and imu
   /// Position of the camera by odometry or another source, in any frame with the scale of metres.
   std::optional<Eigen::Vector3d> odometry_m = {};
 };
@@ -101,8 +103,14 @@ struct LIBOCC_API SurveyOptions {
   /// Relative standard deviation of the length of a path by odometry. The distances between
   /// consecutive pictures with odometry_m determine the scale if nothing else does.
   double odometry_sigma = 0.01;
+  /// Samples of a unit that is fixed to the camera, in the order of their times. They determine the
+  /// scale if nothing else does, from pictures with times; the unit's axes and its clock are
+  /// estimated (InertialAlignment).
+  std::vector<ImuSample> imu;
   int threads = 2;  ///< at least 1; any number gives the same bits
 
+  /// True if no distance, radius or size of tags determines the scale.
+  bool scale_is_free() const { return distances.empty() && !radius_m && !tag_size_m; }
   void validate() const;  ///< throws std::invalid_argument naming the field and its value
 };
 
@@ -133,6 +141,20 @@ enum class SurveyScale {
   radius,     ///< SurveyOptions::radius_m
   tags,       ///< SurveyOptions::tag_size_m
   odometry,   ///< SurveyPicture::odometry_m
+  imu,        ///< SurveyOptions::imu
+};
+
+/// Alignment of an inertial measurement unit with the map and the camera.
+struct InertialAlignment {
+  double scale = 1;        ///< metres per unit of the map: 1 in the result of survey()
+  double scale_sigma = 0;  ///< its relative standard deviation
+  Eigen::Vector3d down = -Eigen::Vector3d::UnitZ();            ///< direction of gravity in the map
+  Eigen::Matrix3d cam_from_imu = Eigen::Matrix3d::Identity();  ///< axes of the unit
+  double time_offset_s = 0;  ///< time of the unit's clock minus that of the pictures
+  Eigen::Vector3d turn_rate_bias_rad_s = Eigen::Vector3d::Zero();  ///< gyroscope
+  /// Pictures from which to the next one the turn contradicts the others, as by a wrong time: the
+  /// measurements between them are not used.
+  std::vector<int> contradictions;
 };
 
 /// Result of survey().
@@ -147,9 +169,10 @@ struct Survey {
   std::vector<std::vector<int>> lamp_of_blob;
   std::vector<SurveyOmission> omissions;  ///< all that is not used, with the reason
   SurveyScale scale = SurveyScale::free;  ///< origin of the scale
-  /// Radius, tags, odometry: relative sigma of the scale by errors that all pictures share, which
-  /// the network's precision does not contain.
+  /// Radius, tags, odometry, imu: relative sigma of the scale by errors that all pictures share,
+  /// which the network's precision does not contain.
   double scale_sigma = 0;
+  std::optional<InertialAlignment> inertial;  ///< if the scale is that of SurveyOptions::imu
   /// Estimated standard deviation, per axis, of the errors of a lamp's image beyond its noise; that
   /// of the options if the redundancy does not determine it.
   double model_sigma_px = 0;

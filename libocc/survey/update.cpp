@@ -435,7 +435,8 @@ Result<MapUpdate> update_map(const std::vector<SurveyPicture>& pictures, const S
   once.survey.row_time_s = 0;  // is applied here
   std::vector<std::string> notes;
   std::vector<SurveyPicture> still = pictures;
-  for (SurveyPicture& picture : still) picture.odometry_m.reset();  // the map has the scale
+  once.survey.imu.clear();  // the map has the scale
+  for (SurveyPicture& picture : still) picture.odometry_m.reset();
   if (options.survey.ordered && options.survey.row_time_s > 0)
     still = internal::survey::without_rolling_shutter(std::move(still), options.survey.row_time_s,
                                                       checked.camera.width(),

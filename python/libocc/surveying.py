@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from ._core import (
     Camera,
     Code,
+    InertialAlignment,
     LampChange,
     LampCode,
     LampFate,
@@ -38,9 +39,9 @@ from ._core import (
 )
 
 __all__ = [
-    "LampChange", "LampFate", "LampUpdate", "MapUpdate", "MapWay", "Survey", "SurveyOmission", "SurveyScale",
-    "SurveyedLamp", "assumptions_of", "joint_covariance_m2", "known_precision", "scene_of", "shared_errors", "survey",
-    "track_blobs", "update_map", "updated_scene", "without_scale",
+    "InertialAlignment", "LampChange", "LampFate", "LampUpdate", "MapUpdate", "MapWay", "Survey", "SurveyOmission",
+    "SurveyScale", "SurveyedLamp", "assumptions_of", "joint_covariance_m2", "known_precision", "scene_of",
+    "shared_errors", "survey", "track_blobs", "update_map", "updated_scene", "without_scale",
 ]
 
 MIN_SHARED_RATIO = 2.0  # of variances
@@ -145,10 +146,14 @@ def assumptions_of(found: Survey) -> list[str]:
         SurveyScale.distances: "the scale is that of measured distances",
         SurveyScale.tags: "the scale is that of the given size of the AprilTags",
         SurveyScale.odometry: "the scale is that of the odometry",
+        SurveyScale.imu: "the scale is that of the inertial measurements",
         SurveyScale.radius: "the scale is that of the given radius of the lamps",
     }[found.scale]
+    tilt = "which need not be vertical"
+    if found.inertial is not None:
+        tilt = f"{np.degrees(np.arccos(np.clip(-found.inertial.down[2], -1, 1))):.2f} deg from the vertical"
     return [
-        scale, "the z axis is the mean normal of the lamps, which need not be vertical",
+        scale, f"the z axis is the mean normal of the lamps, {tilt}",
         "the powers of the lamps are relative: their mean is 1 W",
     ]
 

@@ -13,6 +13,7 @@ namespace {
 using Surveyed = Result<Survey>;
 using Tags = std::vector<std::vector<AprilTag>>;
 using Places = std::vector<std::optional<Eigen::Vector3d>>;
+using ImuRows = Eigen::Matrix<double, Eigen::Dynamic, 7>;
 using Distances = std::vector<std::tuple<int, int, double, double>>;
 
 auto survey_fields() {
@@ -50,6 +51,7 @@ void define_results(py::module_& m) {
       .value("radius", SurveyScale::radius)
       .value("tags", SurveyScale::tags)
       .value("odometry", SurveyScale::odometry)
+      .value("imu", SurveyScale::imu)
       .finalize();
   ResultClass<SurveyedLamp>(m, "SurveyedLamp", "A lamp of a survey.")
       .def_readonly("lamp", &SurveyedLamp::lamp,
@@ -65,6 +67,19 @@ void define_results(py::module_& m) {
       .def_readonly("picture", &SurveyOmission::picture, "Name of the picture.")
       .def_readonly("blob", &SurveyOmission::blob, "Index of the blob; -1: the whole picture.")
       .def_readonly("reason", &SurveyOmission::reason, "Reason, a sentence.");
+  ResultClass<InertialAlignment>(m, "InertialAlignment",
+                                 "Alignment of an inertial measurement unit with a survey.")
+      .def_readonly("scale_sigma", &InertialAlignment::scale_sigma, "Relative sigma of the scale.")
+      .def_readonly("down", &InertialAlignment::down, "(3,) direction of gravity in the map.")
+      .def_readonly("cam_from_imu", &InertialAlignment::cam_from_imu,
+                    "(3, 3) axes of the unit in the camera's frame.")
+      .def_readonly("time_offset_s", &InertialAlignment::time_offset_s,
+                    "Time of the unit's clock minus that of the pictures [s].")
+      .def_readonly("turn_rate_bias_rad_s", &InertialAlignment::turn_rate_bias_rad_s,
+                    "(3,) bias of the gyroscope [rad/s].")
+      .def_readonly("contradictions", &InertialAlignment::contradictions,
+                    "Pictures after which a turn contradicts the others; the measurements up to "
+                    "the next are not used.");
   ResultClass<Surveyed> survey(m, "Survey", "Map of lamps made from pictures; see survey().");
   define_result(survey);
   survey.def_property_readonly("lamps", value_of(&Survey::lamps), "SurveyedLamps by id.")
@@ -77,7 +92,9 @@ void define_results(py::module_& m) {
       .def_property_readonly("scale", value_of(&Survey::scale), "Origin of the scale.")
       .def_property_readonly(
           "scale_sigma", value_of(&Survey::scale_sigma),
-          "Relative sigma of a scale by radius, tags or odometry, beside the precision.")
+          "Relative sigma of a scale by radius, tags, odometry or imu, beside the precision.")
+      .def_property_readonly("inertial", value_of(&Survey::inertial),
+                             "InertialAlignment if the scale is that of imu, else None.")
       .def_property_readonly("model_sigma_px", value_of(&Survey::model_sigma_px),
                              "Estimated sigma, per axis, of the errors of a lamp's image beyond "
                              "its noise.")
@@ -153,6 +170,9 @@ void define_survey(py::module_& m) {
       "exposure of the middle row of each, or None. odometry_m: position (3,) of the camera by\n"
       "odometry for each picture, or None; consecutive ones determine the scale if nothing else "
       "does.\n"
+      "imu: (n, 7) samples of a unit fixed to the camera: time [s], rotation rates [rad/s],\n"
+      "specific forces [m/s^2]; they determine the scale of pictures with times_s if nothing else\n"
+      "does. Axes and clock of the unit are estimated.\n"
       "progress(stage, done, total): called often; False stops it. Returns: Survey; status "
       "too_few_lamps, ambiguous, no_pose, or that of\n"
       "the adjustment. Raises: ValueError for an invalid option or an unknown lamp." +
@@ -161,7 +181,8 @@ void define_survey(py::module_& m) {
       m, "survey", fields,
       [](SurveyOptions options, const SurveyBlobs& pictures, const Camera& camera,
          const Distances& distances, const Tags& tags, const SurveyTracks& tracks,
-         const SurveyTimes& times_s, const Places& odometry_m, const py::object& progress) {
+         const SurveyTimes& times_s, const Places& odometry_m, const ImuRows& imu,
+         const py::object& progress) {
         std::vector<SurveyPicture> all = survey_pictures(pictures, tracks, times_s);
         require(tags.empty() || tags.size() == all.size(), "tags", tags.size(),
                 "one list for each picture");
@@ -171,6 +192,8 @@ void define_survey(py::module_& m) {
         require(odometry_m.empty() || odometry_m.size() == all.size(), "odometry_m",
                 odometry_m.size(), "one position for each picture");
         for (std::size_t i = 0; i < odometry_m.size(); ++i) all[i].odometry_m = odometry_m[i];
+        for (Eigen::Index k = 0; k < imu.rows(); ++k)
+          options.imu.push_back({imu(k, 0), imu.row(k).segment<3>(1), imu.row(k).tail<3>()});
         const SurveyCallback callback = survey_callback(progress);
         py::gil_scoped_release unlocked;
         return survey(all, camera, options, callback);
@@ -178,7 +201,8 @@ void define_survey(py::module_& m) {
       py::arg("pictures"), py::arg("camera"), py::kw_only(),
       py::arg_v("distances", Distances{}, "[]"), py::arg_v("tags", Tags{}, "[]"),
       py::arg_v("tracks", SurveyTracks{}, "[]"), py::arg_v("times_s", SurveyTimes{}, "[]"),
-      py::arg_v("odometry_m", Places{}, "[]"), py::arg("progress") = py::none(), doc.c_str());
+      py::arg_v("odometry_m", Places{}, "[]"), py::arg_v("imu", ImuRows(0, 7), "zeros((0, 7))"),
+      py::arg("progress") = py::none(), doc.c_str());
 }
 
 }  // namespace occ::python

@@ -54,14 +54,30 @@ def write_folder(
     return folder
 
 
-def image_message(store: Any, image: np.ndarray, time_s: float, encoding: str, **changes: Any) -> Any:
-    """Message sensor_msgs/Image, or CompressedImage for the encodings jpeg and png."""
+def header_of(store: Any, time_s: float, frame: str) -> Any:
     types = store.types
     nanoseconds = round(1e9 * time_s)
     stamp = types["builtin_interfaces/msg/Time"](nanoseconds // 10**9, nanoseconds % 10**9)
     header_type = types["std_msgs/msg/Header"]
     numbers = {"seq": 0} if "seq" in header_type.__dataclass_fields__ else {}
-    header = header_type(**numbers, stamp=stamp, frame_id="camera")
+    return header_type(**numbers, stamp=stamp, frame_id=frame)
+
+
+def imu_message(store: Any, row: np.ndarray) -> Any:
+    types, unknown = store.types, np.zeros(9)
+    vector = types["geometry_msgs/msg/Vector3"]
+    return types["sensor_msgs/msg/Imu"](
+        header=header_of(store, row[0], "imu"), orientation=types["geometry_msgs/msg/Quaternion"](0.0, 0.0, 0.0, 1.0),
+        orientation_covariance=unknown, angular_velocity=vector(*map(float, row[1:4])),
+        angular_velocity_covariance=unknown, linear_acceleration=vector(*map(float, row[4:])),
+        linear_acceleration_covariance=unknown,
+    )
+
+
+def image_message(store: Any, image: np.ndarray, time_s: float, encoding: str, **changes: Any) -> Any:
+    """Message sensor_msgs/Image, or CompressedImage for the encodings jpeg and png."""
+    types = store.types
+    header = header_of(store, time_s, "camera")
     if encoding in ("jpeg", "png"):
         file = io.BytesIO()
         Image.fromarray(image).save(file, encoding, **({"quality": 98} if encoding == "jpeg" else {}))
@@ -75,9 +91,12 @@ def image_message(store: Any, image: np.ndarray, time_s: float, encoding: str, *
 
 def write_bag(
     path: Path, frames: list[tuple[float, np.ndarray, np.ndarray]], encoding: str = "mono8",
-    topics: tuple[str, ...] = ("/camera/image",), stamped: bool = True,
+    topics: tuple[str, ...] = ("/camera/image",), stamped: bool = True, imu: np.ndarray | None = None,
 ) -> Path:
-    """Writes a ROS 1 bag if the name ends with .bag, else ROS 2; recording times are 0.1 s after the stamps."""
+    """Writes a ROS 1 bag if the name ends with .bag, else ROS 2; recording times are 0.1 s after the stamps.
+
+    imu: samples (n, 7) of the topic /imu: time [s], rotation rates [rad/s], specific forces [m/s^2].
+    """
     from rosbags.rosbag1 import Writer as Writer1
     from rosbags.rosbag2 import Writer as Writer2
     from rosbags.typesys import Stores, get_typestore
@@ -92,6 +111,13 @@ def write_bag(
             raw = store.serialize_ros1(message, kind) if ros1 else store.serialize_cdr(message, kind)
             for connection in connections:
                 bag.write(connection, round(1e9 * (time_s + 0.1)), raw)
+        if imu is not None:
+            kind = "sensor_msgs/msg/Imu"
+            connection = bag.add_connection("/imu", kind, typestore=store)
+            for row in imu:
+                message = imu_message(store, row)
+                raw = store.serialize_ros1(message, kind) if ros1 else store.serialize_cdr(message, kind)
+                bag.write(connection, round(1e9 * (row[0] + 0.1)), raw)
     return path
 
 

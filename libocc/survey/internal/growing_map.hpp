@@ -11,6 +11,7 @@
 #include "libocc/core/abi.hpp"
 #include "libocc/core/status.hpp"
 #include "libocc/network/precision.hpp"
+#include "libocc/survey/internal/inertial_scale.hpp"
 #include "libocc/survey/internal/known_lengths.hpp"
 #include "libocc/survey/internal/lamp_kinds.hpp"
 #include "libocc/survey/internal/lamp_links.hpp"
@@ -68,6 +69,9 @@ class GrowingMap {
   void set_rims(bool used) { with_rims_ = used; }
   /// Camera with the parameters of the last adjustment, and their covariance if they are estimated.
   const Camera& camera() const { return camera_; }
+  /// Poses of the placed pictures with times, in the order of their times, with the covariances of
+  /// the last adjustment; in the frame of that adjustment.
+  std::vector<TimedPose> timed_poses() const;
   /// Gives unassigned blobs of placed pictures the adjusted lamp at their place, and joins lamps
   /// that are one. Returns the number of changes.
   int reassign();
@@ -159,6 +163,10 @@ enum class LinkStart { none, started, ambiguous };
 /// Starts a new map from links and adjusts it. none: they determine no map; ambiguous: two maps
 /// agree with the pictures alike.
 LinkStart start_from_links(GrowingMap& growing);
+
+/// Throws std::invalid_argument for invalid arguments of survey().
+void check_input(const std::vector<SurveyPicture>& pictures, const Camera& camera,
+                 const SurveyOptions& options);
 
 /// survey() that joins pictures to known lamps, if there are any, whose positions it determines
 /// anew; the frame and the scale are its own. Row times are not used, and nothing is validated.

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Frames from ROS 1 and ROS 2 bags, read by `rosbags` without an installation of ROS."""
+"""Frames and inertial samples from ROS 1 and ROS 2 bags, read by `rosbags` without an installation of ROS."""
 
 import importlib
 import io
@@ -8,12 +8,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from PIL import Image
 
 from .frames import Pixels, StreamFrame
 
 RAW = "sensor_msgs/msg/Image"
 COMPRESSED = "sensor_msgs/msg/CompressedImage"
+IMU = "sensor_msgs/msg/Imu"
 # Number of channels and bytes per channel. Bayer mosaics are not demosaiced.
 ENCODINGS = {
     "mono8": (1, 1), "8UC1": (1, 1), "mono16": (1, 2), "16UC1": (1, 2),
@@ -71,6 +73,50 @@ def pixels_of_file(data: bytes) -> Pixels:
         raise ValueError(f"cannot be read as an image: {error}") from error
 
 
+def open_bag(path: str) -> Any:
+    """Reader of a bag. Raises: ValueError naming it."""
+    highlevel = rosbags_module(path, "highlevel")
+    typesys = rosbags_module(path, "typesys")
+    store = typesys.get_typestore(typesys.Stores.ROS2_HUMBLE)  # for bags without type definitions
+    place = Path(path)
+    if place.suffix == ".db3" and (place.parent / "metadata.yaml").is_file():
+        place = place.parent
+    try:
+        bag = highlevel.AnyReader([place], default_typestore=store)
+        bag.open()
+    except Exception as error:  # damaged files raise exceptions of many types
+        raise ValueError(f"{path}: is not a bag that rosbags can read: {error}") from error
+    return bag
+
+
+def time_of(message: Any, recorded_ns: int) -> float:
+    """Stamp of the header [s], or the time of recording if the stamp is zero."""
+    stamp = message.header.stamp
+    return float(stamp.sec + 1e-9 * stamp.nanosec if stamp.sec or stamp.nanosec else 1e-9 * recorded_ns)
+
+
+def imu_of_bag(path: str, topic: str) -> NDArray[np.float64]:
+    """Samples (n, 7) of a topic of type sensor_msgs/msg/Imu: time [s], rotation rates [rad/s], specific forces [m/s^2].
+
+    Raises: ValueError naming the bag or its topics.
+    """
+    bag = open_bag(path)
+    try:
+        connections = [c for c in bag.connections if c.msgtype == IMU]
+        topics = ", ".join(sorted({c.topic for c in connections}))
+        wanted = [c for c in connections if c.topic == topic]
+        if not wanted:
+            raise ValueError(f"is no file, and no topic of {path} of type {IMU}; it has {topics or 'none'}")
+        rows = []
+        for connection, recorded_ns, raw in bag.messages(connections=wanted):
+            message = bag.deserialize(raw, connection.msgtype)
+            turn, force = message.angular_velocity, message.linear_acceleration
+            rows.append([time_of(message, recorded_ns), turn.x, turn.y, turn.z, force.x, force.y, force.z])
+        return np.array(rows, float).reshape(-1, 7)
+    finally:
+        bag.close()
+
+
 class BagSource:
     """Images of one topic of a bag; the topic must be given if the bag has several.
 
@@ -82,17 +128,7 @@ class BagSource:
 
     def __init__(self, path: str, topic: str | None = None):
         self.name = path
-        highlevel = rosbags_module(path, "highlevel")
-        typesys = rosbags_module(path, "typesys")
-        store = typesys.get_typestore(typesys.Stores.ROS2_HUMBLE)  # for bags without type definitions
-        place = Path(path)
-        if place.suffix == ".db3" and (place.parent / "metadata.yaml").is_file():
-            place = place.parent
-        try:
-            self._bag = highlevel.AnyReader([place], default_typestore=store)
-            self._bag.open()
-        except Exception as error:  # damaged files raise exceptions of many types
-            raise ValueError(f"{path}: is not a bag that rosbags can read: {error}") from error
+        self._bag = open_bag(path)
         try:
             self._connections = self._of_topic(topic)
         except ValueError:
@@ -128,9 +164,7 @@ class BagSource:
         time_s = 1e-9 * recorded_ns
         try:
             message = self._bag.deserialize(raw, connection.msgtype)
-            stamp = message.header.stamp
-            if stamp.sec or stamp.nanosec:
-                time_s = stamp.sec + 1e-9 * stamp.nanosec
+            time_s = time_of(message, recorded_ns)
             image = pixels_of(message) if connection.msgtype == RAW else pixels_of_file(bytes(message.data))
             return StreamFrame(index, time_s, image)
         except Exception as error:  # invalid message

@@ -88,6 +88,9 @@ def lamp_number(name: str) -> int:
               help="Poses of the camera by odometry at the times of the frames, for the scale.")
 @click.option("--odometry-sigma", type=click.FloatRange(0, 1, min_open=True), default=0.01, show_default=True,
               help="Relative error of the length of a path by odometry, sigma.")
+@click.option("--imu", metavar="FILE.csv|TOPIC",
+              help="Samples of an inertial measurement unit that is fixed to the camera, for the scale of a recording: "
+                   "a table, or a topic of the bag.")
 @click.option("--ordered", is_flag=True, help="The images are frames of one slow motion, as those of a video.")
 @click.option("--fps", type=click.FloatRange(0, min_open=True),
               help="Frame rate of a folder of frames or of a video without times.")
@@ -96,7 +99,7 @@ def lamp_number(name: str) -> int:
 @click.option("--code", "code_kind", type=click.Choice([kind.name for kind in occ.codes.CodeKind]),
               help="Read the ids that lamps transmit in a recording; the code is that of the scene's lamps, if any.")
 @click.option("--topic", help="Image topic of a bag that has several.")
-@click.option("--max-pictures", type=click.IntRange(2), default=60, show_default=True,
+@click.option("--max-pictures", type=click.IntRange(2), default=120, show_default=True,
               help="Frames of a video that are used.")
 @prior_options
 @threshold_option
@@ -107,9 +110,9 @@ def command(
     ctx: click.Context, sources: tuple[str, ...], camera_path: str | None, calibrate_camera: bool, map_path: str | None,
     map_sigma_m: float | None, max_move_m: float | None, prior: occ.Prior,
     distance: tuple[tuple[str, str, float, float], ...], radius_m: float | None, radius_sigma: float,
-    tag_size_m: float | None, family: str, odometry: str | None, odometry_sigma: float, ordered: bool,
-    fps: float | None, row_time_s: float | None, code_kind: str | None, topic: str | None, max_pictures: int,
-    threshold_dn: Threshold, out: str, as_json: bool,
+    tag_size_m: float | None, family: str, odometry: str | None, odometry_sigma: float, imu: str | None,
+    ordered: bool, fps: float | None, row_time_s: float | None, code_kind: str | None, topic: str | None,
+    max_pictures: int, threshold_dn: Threshold, out: str, as_json: bool,
 ) -> None:
     """\b
     $ libocc simulate irregular_six --position 1.7 2.1 0.5 --out a.png
@@ -127,8 +130,8 @@ def command(
     from frame to frame. Ids that lamps transmit (--code) show which is which.
 
     The pictures do not show the scale: give --distance between two lamps, --tag-size of AprilTags that
-    at least two pictures show, --radius, or --odometry of a recording. Lamps have the same ids in each
-    run with the same pictures; a first run without scale shows them in plan.png.
+    at least two pictures show, --radius, or --odometry or --imu of a recording. Lamps have the same ids
+    in each run with the same pictures; a first run without scale shows them in plan.png.
 
     --update MAP compares a map with the pictures and reports each lamp as unchanged, changed, moved, gone,
     not seen or new. The frame and the scale are those of the map; scene.yaml is the updated map. The
@@ -139,7 +142,10 @@ def command(
     input.
     """
     if map_path is not None:
-        scaled = {"--distance": distance, "--radius": radius_m, "--tag-size": tag_size_m, "--odometry": odometry}
+        scaled = {
+            "--distance": distance, "--radius": radius_m, "--tag-size": tag_size_m, "--odometry": odometry,
+            "--imu": imu,
+        }
         for name, value in scaled.items():
             if value:
                 raise Failure(f"{name}: is not used with --update: the scale is that of the map")
@@ -156,8 +162,8 @@ def command(
     for name, is_given in (("--map-sigma", map_sigma_m), ("--max-move", max_move_m), ("--prior-...", given(prior))):
         if is_given is not None:
             raise Failure(f"{name}: is used with --update only")
-    if bool(distance) + sum(value is not None for value in (radius_m, tag_size_m, odometry)) > 1:
-        raise Failure("--distance, --radius, --tag-size and --odometry: give one of them")
+    if bool(distance) + sum(value is not None for value in (radius_m, tag_size_m, odometry, imu)) > 1:
+        raise Failure("--distance, --radius, --tag-size, --odometry and --imu: give one of them")
     distances = [(lamp_number(a), lamp_number(b), length_m, sigma_m) for a, b, length_m, sigma_m in distance]
     camera, scene_of_camera = camera_of(camera_path)
     if calibrate_camera and camera.is_exact:
@@ -167,10 +173,14 @@ def command(
         )
     sensor = None if scene_of_camera is None else scene_of_camera.sensor
     from ..survey.follow import follow, read_codes
+    from ..survey.imu import read_imu
     from ..survey.sources import Detector, is_recording, read_pictures
 
     recording = is_recording(sources, fps)
     code = None if code_kind is None else code_of(code_kind, scene_of_camera, recording)
+    if imu is not None and not recording:
+        raise Failure("--imu: needs a recording: a video, a bag or a folder of frames with --fps")
+    samples_of_imu = np.zeros((0, 7)) if imu is None else read_imu(imu, sources[0])
     detector = Detector(camera, sensor, threshold_dn, family if tag_size_m is not None else None)
     pictures = read_pictures(sources, detector, ordered, max_pictures, fps, topic)
     if code is not None:
@@ -187,7 +197,7 @@ def command(
         with survey_status() as show, error_context("survey"):
             return occ.surveying.survey(
                 pictures.blobs, camera, distances=distances, tags=pictures.tags, tracks=pictures.tracks,
-                times_s=pictures.times_s, odometry_m=places, progress=show, **options,
+                times_s=pictures.times_s, odometry_m=places, imu=samples_of_imu, progress=show, **options,
             )
 
     found = surveyed()
@@ -200,9 +210,10 @@ def command(
     with error_context(out):
         folder = ResultFolder(out, {
             "kind": "survey", "pictures": list(sources), "camera": camera_path,
-            "distances": [list(d) for d in distances], "odometry": odometry, **options,
+            "distances": [list(d) for d in distances], "odometry": odometry, "imu": imu,
+            **options,
         })
-        data, scene = write_survey(folder, found, sensor, code, pictures.ordered, pictures.notes)
+        data, scene = write_survey(folder, found, sensor, code, pictures)
     if as_json:
         print_json(data)
     elif scene is not None:
@@ -260,8 +271,7 @@ def run_update(
             "kind": "map update", "pictures": list(sources), "map": map_path, "camera": camera_path,
             "prior": None if prior is None else repr(prior), **options,
         })
-        names = [name for name, _ in pictures.blobs]
-        data = write_update(folder, found, scene, names, pictures.ordered, pictures.notes)
+        data = write_update(folder, found, scene, pictures)
     if as_json:
         print_json(data)
     elif found.ok:

@@ -2,6 +2,7 @@
 """Files and text of a survey."""
 
 import base64
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,7 @@ from ..calibration.figures import png_bytes
 from ..calibration.report import table
 from ..result_folder import ResultFolder, json_bytes
 from .figure import plan
+from .sources import Pictures
 
 SHOWN_OMISSIONS = 8  # lines of the text output; the JSON has all
 
@@ -30,12 +32,23 @@ def camera_places(found: Survey) -> tuple[list[str], NDArray[np.float64]]:
     return names, np.array([-pose[:3, :3].T @ pose[:3, 3] for pose in poses])
 
 
+def inertial_data(found: Survey) -> dict[str, Any] | None:
+    if found.inertial is None:
+        return None
+    return {
+        "down": found.inertial.down.tolist(), "cam_from_imu": found.inertial.cam_from_imu.tolist(),
+        "time_offset_s": found.inertial.time_offset_s,
+        "turn_rate_bias_rad_s": found.inertial.turn_rate_bias_rad_s.tolist(),
+    }
+
+
 def survey_data(found: Survey, scene: Scene) -> dict[str, Any]:
     """Plain data of the survey for result.json, beside those of the adjustment."""
     names, places = camera_places(found)
     sigmas_m = {lamp.id: sigma_of(lamp, scene).tolist() for lamp in scene.lamps}
     return {
-        "scale": found.scale.name, "scale_sigma": found.scale_sigma, "assumed": assumptions_of(found),
+        "scale": found.scale.name, "scale_sigma": found.scale_sigma, "inertial": inertial_data(found),
+        "assumed": assumptions_of(found),
         "lamps": [
             {
                 "id": s.lamp.id, "shape": s.lamp.shape.name, "centre_m": list(map(float, s.lamp.centre_m)),
@@ -91,11 +104,13 @@ def plan_image(figure_png: bytes) -> str:
     return f'<p><img alt="plan of the room" src="data:image/png;base64,{image}"></p>'
 
 
-def trajectory(found: Survey) -> bytes:
-    """Poses of the pictures in TUM format; the time is the number of the picture."""
-    used = [(float(number), image) for number, image in enumerate(found.image_of_picture) if image >= 0]
-    poses = [np.asarray(found.network.cam_from_world(image)) for _, image in used]
-    return Trajectory([time for time, _ in used], poses).format().encode()
+def trajectory(poses: Sequence[Any], times_s: Sequence[float | None]) -> bytes:
+    """Poses of the pictures (4x4, or None) in TUM format; if a time is unknown, times are the numbers of pictures."""
+    known_s = [time_s for time_s in times_s if time_s is not None]
+    if len(known_s) < len(times_s):
+        known_s = [float(number) for number in range(len(times_s))]
+    used = [(time_s, np.asarray(pose)) for time_s, pose in zip(known_s, poses) if pose is not None]
+    return Trajectory([time_s for time_s, _ in used], [pose for _, pose in used]).format().encode()
 
 
 def sections_of(found: Survey, figure_png: bytes) -> list[str]:
@@ -131,12 +146,12 @@ def plan_png(found: Survey, scene: Scene, ordered: bool) -> bytes:
 
 
 def write_survey(
-    folder: ResultFolder, found: Survey, sensor: Sensor | None, code: Code | None, ordered: bool, notes: list[str],
+    folder: ResultFolder, found: Survey, sensor: Sensor | None, code: Code | None, pictures: Pictures,
 ) -> tuple[dict[str, Any], Scene | None]:
     """Writes all files; returns the data of result.json, and the scene if the survey is ok."""
     if not found.ok:
         data = {
-            "status": found.status.name, "message": found.message, "warnings": notes + found.warnings,
+            "status": found.status.name, "message": found.message, "warnings": pictures.notes + found.warnings,
             "omissions": omissions_of(found),
         }
         folder.write("result.json", json_bytes(data))
@@ -145,8 +160,8 @@ def write_survey(
     from ..calibration.run import calibrate, write
 
     scene = scene_of(found, found.camera, sensor, code)
-    png = plan_png(found, scene, ordered)
-    adjusted, _ = calibrate(found.network_with_all_observations, Datum(), notes=notes + found.warnings)
+    png = plan_png(found, scene, pictures.ordered)
+    adjusted, _ = calibrate(found.network_with_all_observations, Datum(), notes=pictures.notes + found.warnings)
     data = write(
         folder, adjusted, f"Survey of {len(scene.lamps)} lamps", sections_of(found, png)
     )
@@ -154,7 +169,8 @@ def write_survey(
     folder.write("result.json", json_bytes(data))
     folder.write("scene.yaml", scene.format().encode())
     folder.write("plan.png", png)
-    folder.write("trajectory.tum", trajectory(found))
+    poses = [found.network.cam_from_world(image) if image >= 0 else None for image in found.image_of_picture]
+    folder.write("trajectory.tum", trajectory(poses, pictures.times_s))
     return data, scene
 
 
@@ -174,7 +190,9 @@ def text_lines(found: Survey, scene: Scene, pictures: int) -> list[str]:
     scale = {
         SurveyScale.free: "free: give --distance between two lamps, --tag-size or --radius",
         SurveyScale.radius: "of the radius", SurveyScale.distances: "of the distances", SurveyScale.tags: "of the tags",
-        SurveyScale.odometry: "of the odometry",
+        SurveyScale.odometry: "of the odometry", SurveyScale.imu: "of the inertial measurements",
     }[found.scale]
+    if found.inertial is not None:
+        scale += f" to {100 * found.inertial.scale_sigma:.2g} %, their clock {found.inertial.time_offset_s:+.3f} s"
     lines.append(f"{used} of {pictures} pictures, sigma0 {found.sigma0:.3g}, scale {scale}")
     return lines + omission_lines(found)

@@ -8,13 +8,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..._core import LampFate, LampUpdate, MapUpdate, MapWay, Scene, Trajectory, heading_rad
+from ..._core import LampFate, LampUpdate, MapUpdate, MapWay, Scene, heading_rad
 from ...surveying import updated_scene
 from ..calibration.figures import png_bytes
 from ..calibration.report import page, table
 from ..result_folder import ResultFolder, json_bytes
 from .figure import FATES, update_plan
-from .output import omission_lines, omissions_of, omissions_table, plan_image
+from .output import omission_lines, omissions_of, omissions_table, plan_image, trajectory
+from .sources import Pictures
 
 SHOWN_WAYS = 8  # lines of the text output; the JSON has all
 
@@ -141,18 +142,18 @@ def report(found: MapUpdate, data: dict[str, Any], png: bytes, title: str) -> by
 
 
 def write_update(
-    folder: ResultFolder, found: MapUpdate, scene: Scene, pictures: list[str], ordered: bool, notes: list[str]
+    folder: ResultFolder, found: MapUpdate, scene: Scene, pictures: Pictures
 ) -> dict[str, Any]:
     """Writes all files; returns the data of result.json. scene: the map before the update."""
-    data = update_data(found, pictures, notes)
+    names = [name for name, _ in pictures.blobs]
+    data = update_data(found, names, pictures.notes)
     folder.write("result.json", json_bytes(data))
     if not found.ok:
         return data
-    _, places = places_of(found, pictures)
-    png = png_bytes(update_plan(found.lamps, places, ordered))
-    used = [(float(i), np.asarray(pose)) for i, pose in enumerate(found.cam_from_world) if pose is not None]
+    _, places = places_of(found, names)
+    png = png_bytes(update_plan(found.lamps, places, pictures.ordered))
     folder.write("scene.yaml", updated_scene(found, scene).format().encode())
     folder.write("plan.png", png)
     folder.write("report.html", report(found, data, png, f"Update of a map of {len(scene.lamps)} lamps"))
-    folder.write("trajectory.tum", Trajectory([t for t, _ in used], [p for _, p in used]).format().encode())
+    folder.write("trajectory.tum", trajectory(found.cam_from_world, pictures.times_s))
     return data
