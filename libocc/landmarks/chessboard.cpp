@@ -120,6 +120,7 @@ void fit_bent(const GreyImage& grey, const ChessboardOptions& options,
               const std::vector<std::size_t>& fitted, const Eigen::Matrix2Xd& px,
               const std::vector<CornerStart>& starts, std::vector<CornerFit>& fits) {
   constexpr double max_shift_px = 0.3;  // a larger one is a change to another minimum
+  constexpr double min_sag_px = 2e-3;   // at the edge of the window; moves the corner by less
   constexpr int reach = static_cast<int>(max_bend_points) / 2;
   std::vector<bool> is_fitted(static_cast<std::size_t>(px.cols()), false);
   for (const std::size_t k : fitted) is_fitted[k] = true;
@@ -128,8 +129,7 @@ void fit_bent(const GreyImage& grey, const ChessboardOptions& options,
     const int row = static_cast<int>(fitted[i]) / options.columns;
     const Vector2d here = px.col(static_cast<Eigen::Index>(fitted[i]));
     CornerStart start = starts[i];
-    start.px = here;
-    start.blur_px = fits[i].blur_px;
+    continue_from(fits[i], start);
     for (const int axis : {0, 1}) {
       const int at = axis == 0 ? column : row, count = axis == 0 ? options.columns : options.rows;
       const int first = std::clamp(at - reach, 0, std::max(0, count - 1 - 2 * reach));
@@ -146,6 +146,8 @@ void fit_bent(const GreyImage& grey, const ChessboardOptions& options,
           std::abs(start.edges[0].dot(along)) > std::abs(start.edges[1].dot(along));
       start.bends_per_px[is_first ? 0 : 1] = edge_bend(here, others);
     }
+    const double bend_per_px = std::max(start.bends_per_px[0].norm(), start.bends_per_px[1].norm());
+    if (0.5 * start.radius_px * start.radius_px * bend_per_px < min_sag_px) continue;
     CornerFit fit;
     if (fit_corner(grey, start, fit) && (fit.px - here).norm() < max_shift_px)
       fits[i] = std::move(fit);

@@ -120,6 +120,9 @@ class CornerPixels {
     y = static_cast<int>(std::lround(centre.y()));
     for (std::vector<float>* values : {&x_, &y_, &grey_}) values->clear();
     offsets_.clear();
+    const auto area = static_cast<std::size_t>((2 * half + 1) * (2 * half + 1));
+    for (std::vector<float>* values : {&x_, &y_, &grey_}) values->reserve(area + kernel_lanes);
+    offsets_.reserve(area);
     const EdgeStraightening straightened(start, centre - Vector2d(x, y));
     for (int v = -half; v <= half; ++v)
       for (int u = -half; u <= half; ++u) {
@@ -299,6 +302,8 @@ bool describe_fit(CornerPixels& pixels, const CornerModel& model, CornerFit& fit
   constexpr double rounding = 1 / 12.0;  // variance of rounded grey levels
   fit.variance = std::max(squared / weights * pixels.used / (pixels.used - unknowns), rounding);
   fit.px = Vector2d(pixels.x, pixels.y) + model.centre;
+  for (const int k : {0, 1})
+    fit.edges[k] = Vector2d(std::cos(model.angles[k]), std::sin(model.angles[k]));
   fit.blur_px = model.blur_px;
   fit.contrast = 2 * std::abs(model.step);
   fit.misfit = std::sqrt(equations.squared / pixels.used) / fit.contrast;
@@ -383,6 +388,14 @@ double InfluenceRaster::lagged_dot(const std::vector<float>& a, const std::vecto
   return lane_dot(a.data(), b.data() + shift, count);
 }
 
+void continue_from(const CornerFit& fit, CornerStart& start) {
+  start.px = fit.px;
+  for (const int k : {0, 1}) start.edges[k] = fit.edges[k];
+  start.blur_px = fit.blur_px;
+  start.contrast = fit.contrast;
+  start.is_fitted = true;
+}
+
 bool fit_corner(const GreyImage& grey, const CornerStart& start, CornerFit& fit) {
   constexpr int max_windows = 5;
   CornerModel model;
@@ -396,12 +409,13 @@ bool fit_corner(const GreyImage& grey, const CornerStart& start, CornerFit& fit)
     const Vector2d middle(pixels.x, pixels.y);
     model.centre = px - middle;
     if (i == 0) model.level = pixels.mean_grey();
-    const double tolerance_px = i == 0 ? coarse_px : fine_px;
+    const bool is_centred = i > 0 || start.is_fitted;
+    const double tolerance_px = is_centred ? fine_px : coarse_px;
     if (!adjust_model(pixels, start.radius_px, tolerance_px, model)) return false;
     px = middle + model.centre;
     if (!((px - start.px).norm() < start.radius_px)) return false;
     constexpr double max_offset_px = 0.75;  // more: the window is not centred on the corner
-    if (i > 0 && model.centre.cwiseAbs().maxCoeff() < max_offset_px)
+    if (is_centred && model.centre.cwiseAbs().maxCoeff() < max_offset_px)
       return model.step < 0 && describe_fit(pixels, model, fit);
     // The gradients are about the middle of the next window.
     const Vector2d shift = model.centre.array().round().matrix() / pixels.half;

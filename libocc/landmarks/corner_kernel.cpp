@@ -25,6 +25,17 @@ LIBOCC_INLINE float exp_of(float x) {
   return power * scale;
 }
 
+/// min(x, 8) for x >= 0. The bits of such numbers are in their order; the compiler turns a
+/// comparison of the numbers into a branch, which keeps it from vectorising the loop.
+LIBOCC_INLINE float at_most_8(float x) {
+  constexpr std::int32_t bits_of_8 = 0x41000000;
+  std::int32_t bits;
+  std::memcpy(&bits, &x, sizeof bits);
+  bits = bits < bits_of_8 ? bits : bits_of_8;
+  std::memcpy(&x, &bits, sizeof x);
+  return x;
+}
+
 /// An edge across the window: erf(z) + c z^3 exp(-z^2), its derivative by z, and that by c. erf is
 /// approximated to 1.5e-7 (Abramowitz, Stegun, "Handbook of mathematical functions", 1964,
 /// eq. 7.1.26).
@@ -33,31 +44,31 @@ struct BlurredEdge {
 };
 
 LIBOCC_INLINE BlurredEdge blurred_edge(float z_of_edge, float overshoot) {
-  const float size_of_edge = z_of_edge < 0 ? -z_of_edge : z_of_edge;
-  const float size = size_of_edge < 8 ? size_of_edge : 8;  // the bell is below 1e-27
-  const float z = z_of_edge < 0 ? -size : size;
+  const float size = at_most_8(__builtin_fabsf(z_of_edge));  // the bell is below 1e-27
+  const float z = __builtin_copysignf(size, z_of_edge);
   const float z2 = z * z, bell = exp_of(-z2);
   const float t = 1 / (1 + 0.3275911F * size);
   const float tail =
       t * (0.254829592F +
            t * (-0.284496736F + t * (1.421413741F + t * (-1.453152027F + t * 1.061405429F))));
   const float of_size = 1 - tail * bell, by_overshoot = z * z2 * bell;
-  return {(z < 0 ? -of_size : of_size) + overshoot * by_overshoot,
+  return {__builtin_copysignf(of_size, z) + overshoot * by_overshoot,
           (two_by_root_pi + overshoot * z2 * (3 - 2 * z2)) * bell, by_overshoot};
 }
 
-template <Simd>
-LIBOCC_INLINE void evaluate_body(const CornerParameters& p, const CornerWindow& w, float* rows) {
-  const int n = w.count;
-  float *cx = rows, *cy = rows + n, *turn_1 = rows + 2 * n, *turn_2 = rows + 3 * n,
-        *blur = rows + 4 * n, *level = rows + 5 * n, *level_x = rows + 6 * n,
-        *level_y = rows + 7 * n, *step_0 = rows + 8 * n, *step_x = rows + 9 * n,
-        *step_y = rows + 10 * n, *overshoot = rows + 11 * n, *residual = rows + 12 * n;
+constexpr int row_count = corner_unknowns + 1;
+using Rows = float[row_count][kernel_lanes];
+
+/// Rows of kernel_lanes pixels. Copies of all arguments keep the compiler from assuming that a row
+/// overlaps an argument.
+LIBOCC_INLINE void evaluate_lanes(const CornerParameters& p, float per_px,
+                                  const float (&pixels)[4][kernel_lanes], Rows& to) {
   const float inverse_blur = 1 / p.blur_px;
-  const float root_half = 0.707106781F;
-  for (int i = 0; i < n; ++i) {
-    const float in = w.inside[i], gx = w.x[i] * w.per_px, gy = w.y[i] * w.per_px;
-    const float dx = w.x[i] - p.centre_x, dy = w.y[i] - p.centre_y;
+  constexpr float root_half = 0.707106781F;
+  for (int i = 0; i < kernel_lanes; ++i) {
+    const float x = pixels[0][i], y = pixels[1][i], grey = pixels[2][i], in = pixels[3][i];
+    const float gx = x * per_px, gy = y * per_px;
+    const float dx = x - p.centre_x, dy = y - p.centre_y;
     const float q1 = (p.cosine[0] * dy - p.sine[0] * dx) * inverse_blur;
     const float q2 = (p.cosine[1] * dy - p.sine[1] * dx) * inverse_blur;
     const BlurredEdge e1 = blurred_edge(root_half * q1, p.overshoot);
@@ -65,21 +76,37 @@ LIBOCC_INLINE void evaluate_body(const CornerParameters& p, const CornerWindow& 
     const float step = p.step + p.step_x * gx + p.step_y * gy;
     const float scale = in * step * root_half * inverse_blur;
     const float by_1 = scale * e1.slope * e2.value, by_2 = scale * e2.slope * e1.value;
-    cx[i] = by_1 * p.sine[0] + by_2 * p.sine[1];
-    cy[i] = -by_1 * p.cosine[0] - by_2 * p.cosine[1];
-    turn_1[i] = -by_1 * (p.cosine[0] * dx + p.sine[0] * dy);
-    turn_2[i] = -by_2 * (p.cosine[1] * dx + p.sine[1] * dy);
-    blur[i] = -(by_1 * q1 + by_2 * q2);
+    to[0][i] = by_1 * p.sine[0] + by_2 * p.sine[1];
+    to[1][i] = -by_1 * p.cosine[0] - by_2 * p.cosine[1];
+    to[2][i] = -by_1 * (p.cosine[0] * dx + p.sine[0] * dy);
+    to[3][i] = -by_2 * (p.cosine[1] * dx + p.sine[1] * dy);
+    to[4][i] = -(by_1 * q1 + by_2 * q2);
     const float product = in * e1.value * e2.value;
-    level[i] = in;
-    level_x[i] = in * gx;
-    level_y[i] = in * gy;
-    step_0[i] = product;
-    step_x[i] = product * gx;
-    step_y[i] = product * gy;
-    overshoot[i] = in * step * (e1.by_overshoot * e2.value + e2.by_overshoot * e1.value);
+    to[5][i] = in;
+    to[6][i] = in * gx;
+    to[7][i] = in * gy;
+    to[8][i] = product;
+    to[9][i] = product * gx;
+    to[10][i] = product * gy;
+    to[11][i] = in * step * (e1.by_overshoot * e2.value + e2.by_overshoot * e1.value);
     const float model = in * (p.level + p.level_x * gx + p.level_y * gy) + step * product;
-    residual[i] = in * w.grey[i] - model;
+    to[12][i] = in * grey - model;
+  }
+}
+
+template <Simd>
+LIBOCC_INLINE void evaluate_body(const CornerParameters& parameters, const CornerWindow& w,
+                                 float* rows) {
+  const CornerParameters p = parameters;
+  const float* const from[4] = {w.x, w.y, w.grey, w.inside};
+  const float per_px = w.per_px;
+  for (int first = 0; first < w.count; first += kernel_lanes) {
+    float pixels[4][kernel_lanes];
+    Rows lanes;
+    for (int k = 0; k < 4; ++k) std::memcpy(pixels[k], from[k] + first, sizeof pixels[k]);
+    evaluate_lanes(p, per_px, pixels, lanes);
+    for (int k = 0; k < row_count; ++k)
+      std::memcpy(rows + k * w.count + first, lanes[k], sizeof lanes[k]);
   }
 }
 LIBOCC_MULTIVERSION(evaluate, (const CornerParameters& p, const CornerWindow& w, float* rows),

@@ -311,8 +311,7 @@ void fit_bent(const GreyImage& grey, const MarkedBoard& board, std::vector<Index
     CornerStart start = each.start;
     for (auto& quad : start.excluded)  // they were about the predicted corner
       for (Vector2d& px : quad) px += each.fit.px - each.start.px;
-    start.px = each.fit.px;
-    start.blur_px = each.fit.blur_px;
+    continue_from(each.fit, start);
     for (const int axis : {0, 1})
       start.bends_per_px[static_cast<std::size_t>(each.swapped ? 1 - axis : axis)] =
           line_bend(known, known[i], axis, board.step_m);

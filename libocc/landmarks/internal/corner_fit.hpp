@@ -31,7 +31,8 @@ struct CornerStart {
   Eigen::Vector2d edges[2];  ///< directions; the sector from the first to the second is bright
   double contrast = 0;       ///< difference of bright and dark sectors [grey levels of the image]
   double blur_px = 1;
-  double radius_px = 5;  ///< radius of the window
+  double radius_px = 5;    ///< radius of the window
+  bool is_fitted = false;  ///< start values are those of a fit: one window is enough
   /// Convex quadrilaterals whose pixels are not part of the window, for example markers beside the
   /// corner. Pixels within margin_px of them are excluded, too.
   std::vector<std::array<Eigen::Vector2d, 4>> excluded;
@@ -60,6 +61,7 @@ struct InfluenceRaster {
 /// A fitted corner with the residuals of its window.
 struct CornerFit {
   Eigen::Vector2d px = Eigen::Vector2d::Zero();
+  Eigen::Vector2d edges[2];  ///< as in CornerStart
   double blur_px = 0, contrast = 0;
   InfluenceRaster raster;
   double variance = 0;  ///< variance of the pixels' noise, weighted by their influence
@@ -68,6 +70,9 @@ struct CornerFit {
   /// is above 1 if a sector has the wrong tone, which the gradients then imitate.
   double gradient = 0;
 };
+
+/// Takes the start values of a second fit from the first one.
+void continue_from(const CornerFit& fit, CornerStart& start);
 
 /// False if the fit does not converge near its start, the window leaves the image, or the contrast
 /// is not significant.
