@@ -22,8 +22,8 @@ struct Point {
 /// would have alone.
 class Valley {
  public:
-  Valley(RefineProblem& problem, const Minimum& minimum)
-      : problem_(problem), minimum_(minimum), units_(units_of(minimum.normal)) {
+  Valley(const LineariseAt& linearise, const Minimum& minimum)
+      : linearise_(linearise), minimum_(minimum), units_(units_of(minimum.normal)) {
     const auto eigen = core::symmetric_eigen<Matrix8>(scaled(minimum.normal.information));
     along_ = eigen.eigenvectors().col(0);
     curvature_ = eigen.eigenvalues()[0];
@@ -40,7 +40,7 @@ class Valley {
     for (int i = 0; i <= steps; ++i) {
       PoseNormalEquations normal;
       const State state = moved(minimum_.state, minimum_.pivot, units_.cwiseProduct(x));
-      if (!problem_.linearise(state, problem_.pivot(state), normal)) break;
+      if (!linearise_(state, normal)) break;
       const double rise = normal.robust_chi2 - minimum_.normal.robust_chi2;
       if (rise < best.rise) best = {x, rise};
       x += across_step(normal);
@@ -102,7 +102,7 @@ class Valley {
     return -core::solve_ldlt(information, gradient);
   }
 
-  RefineProblem& problem_;
+  const LineariseAt& linearise_;
   const Minimum& minimum_;
   Vector8 units_;
   Vector8 along_;
@@ -141,7 +141,15 @@ bool may_be_flat(const Minimum& minimum) {
 }
 
 void widen_if_flat(RefineProblem& problem, Minimum& minimum) {
-  const Valley valley(problem, minimum);
+  widen_if_flat(
+      [&](const State& state, PoseNormalEquations& normal) {
+        return problem.linearise(state, problem.pivot(state), normal);
+      },
+      minimum);
+}
+
+void widen_if_flat(const LineariseAt& linearise, Minimum& minimum) {
+  const Valley valley(linearise, minimum);
   if (!valley.defined()) return;
   bool is_flat = false;
   const Point one = tail_of(valley, -1, is_flat), other = tail_of(valley, 1, is_flat);

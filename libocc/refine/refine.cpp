@@ -22,6 +22,7 @@
 #include "libocc/refine/internal/prior_rows.hpp"
 #include "libocc/refine/internal/refine_fields.hpp"
 #include "libocc/refine/internal/residuals.hpp"
+#include "libocc/refine/internal/shared_profile.hpp"
 
 namespace occ {
 
@@ -184,25 +185,6 @@ std::optional<Minimum> minimise_by_pixels(const State& start, Observations& obse
     return minimum;
   }
   return std::nullopt;
-}
-
-/// The observations of the scene that contains these errors. False if that has no camera.
-bool linearise_shared(const Eigen::VectorXd& errors, const Scene& stated,
-                      const std::vector<Match>& matches, const std::vector<Blob>& blobs,
-                      const RefineOptions& options, Observations& observations, Scene& scene) {
-  try {
-    observations.shared_errors.apply(stated, errors, scene);
-  } catch (const std::invalid_argument&) {  // such as a negative focal length
-    return false;
-  }
-  const Observations before = std::move(observations);
-  observations = observe(matches, blobs, scene, options);
-  observations.shared_shift = errors;
-  for (std::size_t i = 0; i < matches.size(); ++i) {
-    observations.lamps[i].contradicts = before.lamps[i].contradicts;
-    observations.lamps[i].unit_error = before.lamps[i].unit_error;
-  }
-  return true;
 }
 
 /// Minimum for the rungs below direct if there are shared errors. They can move the image by many
@@ -393,8 +375,15 @@ Result<Refined> refine_with(const Rigid3& start, const std::vector<Match>& match
     if (!pose_only && minimum.converged && !observations.has_pixels() && may_be_flat(minimum)) {
       const Rung rung =
           observations.rim.empty() ? std::min(options.rung, Rung::centres) : Rung::rims;
-      RefineProblem problem(observations, scene, options, rung);
-      widen_if_flat(problem, minimum);
+      if (has_shared_errors(stated)) {
+        SharedProfile profile(stated, matches, blobs, options, observations, scene, rung);
+        widen_if_flat(
+            [&](const State& at, PoseNormalEquations& to) { return profile.linearise(at, to); },
+            minimum);
+      } else {
+        RefineProblem problem(observations, scene, options, rung);
+        widen_if_flat(problem, minimum);
+      }
     }
     state = minimum.state;
     refined.chi2 =

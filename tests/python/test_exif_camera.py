@@ -128,3 +128,29 @@ def test_a_scene_without_camera_names_the_key_elsewhere(libocc: Run) -> None:
     Path("room.yaml").write_text(SCENE)
     code, _, err = libocc("simulate", "room.yaml", "--position", 1, 1, 0)
     assert code == 2 and "key `camera`: is missing" in err
+
+
+def test_a_precise_map_gives_no_flat_valley() -> None:
+    """Errors of the camera move the image by thousands of sigmas; chi2 at other poses needs other estimates of them."""
+    from libocc.cli.picture_camera import lens_sigmas
+
+    size = {"width": 1600, "height": 1200}
+    phone = occ.Camera.pinhole(**size, fx_px=1234, fy_px=1235, cx_px=809, cy_px=595, distortion=[0.09, -0.2, 0, 0, 0.1])
+    unknown = occ.Camera.pinhole(
+        **size, fx_px=1248, fy_px=1248, cx_px=799.5, cy_px=599.5, parameter_sigmas=lens_sigmas(1600, 1248, 62.4)
+    )
+    places_m = [[0.75, 0.75, 2.485], [2.7, 0.8, 2.485], [1.65, 1.3, 2.485], [0.8, 2.2, 2.485], [2.85, 2.35, 2.485]]
+    lamps = [occ.Lamp(id=i, centre_m=at, radius_m=0.0825, power_w=0.6) for i, at in enumerate(places_m)]
+    sensor = occ.Sensor(
+        pixel_pitch_m=3.5e-6, f_number=1.8, exposure_s=1 / 6000, full_well_e=6000, gain_dn_per_e=255 / 6000,
+        read_noise_e=3,
+    )  # fmt: skip
+    scene = occ.Scene(camera=phone, lamps=lamps, sensor=sensor)
+    for seed, (x, y) in enumerate([(1.3, 1.5), (2.3, 1.5), (1.5, 1.5)]):
+        pose = occ.look_at([x, y, 0.01], [1.8, 1.55, 2.5], up=[np.sin(0.1), np.cos(0.1), 0])
+        image, _ = occ.simulate(scene, pose, seed=seed)
+        fix = occ.locate(image, scene.replace(camera=unknown))
+        assert fix.ok, fix.message
+        sigmas_m = np.sqrt(np.diag(fix.position_covariance_m2))
+        assert sigmas_m.max() < 0.2
+        assert (np.abs(fix.position_m - [x, y, 0.01]) < 3 * sigmas_m).all()
