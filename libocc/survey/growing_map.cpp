@@ -11,6 +11,7 @@
 #include "libocc/core/math.hpp"
 #include "libocc/core/statistics.hpp"
 #include "libocc/geometry/so3.hpp"
+#include "libocc/survey/internal/tag_views.hpp"
 
 namespace occ::internal::survey {
 
@@ -85,6 +86,12 @@ void GrowingMap::clear() {
   std::fill(dropped_.begin(), dropped_.end(), false);
 }
 
+int GrowingMap::min_views(int picture) const {
+  const std::vector<LampShapeView>& views = pictures_[picture].views;
+  const auto is_tag = [](const LampShapeView& view) { return view.tag >= 0; };
+  return std::any_of(views.begin(), views.end(), is_tag) ? 3 : 4;
+}
+
 bool GrowingMap::has_several_sizes(int picture) const {
   const std::vector<LampShapeView>& views = pictures_[picture].views;
   return groups_of(views, true).count > groups_of(views, false).count;
@@ -99,12 +106,14 @@ void GrowingMap::start(int picture, bool by_plane) {
   map_.placed.push_back(placed);
   is_rough_ = true;
   const std::vector<LampShapeView>& views = pictures_[picture].views;
-  const std::vector<LampSize> sizes = sizes_of(groups_of(views, by_plane), options_.size_spread);
+  const std::vector<LampSize> sizes =
+      sizes_of(views, groups_of(views, by_plane), options_.size_spread);
   for (std::size_t v = 0; v < views.size(); ++v)
     map_.placed[0].lamp_of[views[v].blob] = add_lamp(views[v], Rigid3(), sizes[v], nullptr);
   // Lamps of one ceiling face one direction; the normal of each follows when pictures are joined.
   const Vector3d normal = common_normal(views);
-  for (MapLamp& lamp : map_.lamps) lamp.normal = normal;
+  for (MapLamp& lamp : map_.lamps)
+    if (lamp.tag < 0) lamp.normal = normal;
 }
 
 void GrowingMap::start(const std::vector<MapLamp>& known) {
@@ -125,12 +134,13 @@ int GrowingMap::add_lamp(const LampShapeView& view, const Rigid3& cam_from_map,
   MapLamp lamp;
   lamp.position = cam_from_map.inverse() * in_cam;
   lamp.covariance = to_map * covariance * to_map.transpose();
+  lamp.tag = view.tag;
   lamp.shape = view.shape;
   lamp.aspect = aspect_of(view);
   lamp.size = size.size;
   lamp.size_sigma = size.sigma;
   lamp.normal = to_map * view.normals[0];
-  lamp.x_axis = to_map * long_side(view);
+  lamp.x_axis = to_map * (view.tag < 0 ? long_side(view) : view.x_axis);
   if (!map_.lamps.empty()) {  // of both normals of a disc, the one like those of other lamps
     const Vector3d& other = map_.lamps[0].normal;
     for (const Vector3d& normal : view.normals)
@@ -206,12 +216,12 @@ bool GrowingMap::join(int picture) {
   if (dropped_[picture]) return false;
   const int neighbour = options_.ordered ? placed_neighbour(picture) : -1;
   // Three lamps have a pose but no redundancy, and need the motion from a neighbour as evidence.
-  const int min_views = neighbour >= 0 ? 3 : 4;
-  if (views(picture) < min_views) {
+  const int min_matches = min_views(picture) - (neighbour >= 0 ? 1 : 0);
+  if (views(picture) < min_matches) {
     reasons_[picture] =
         "it shows " + std::to_string(views(picture)) + " whole lamps with a measured rim" +
         (linked_blobs(picture) > 0 ? ", and too few known ones by tracks or ids" : "") +
-        "; the minimum is " + std::to_string(min_views);
+        "; the minimum is " + std::to_string(min_matches);
     return false;
   }
   std::vector<int> all(map_.lamps.size());
@@ -226,7 +236,7 @@ bool GrowingMap::join(int picture) {
   if (neighbour >= 0) matches = without_fast_motions(picture, std::move(matches));
   // That neighbours show the same lamps is expected; of other pictures it is not (odds of 30).
   const double max_log10 = options_.max_log10_false_alarms + (neighbour >= 0 ? 1.5 : 0);
-  const MatchVerdict verdict = judge_matches(matches, max_log10, min_views);
+  const MatchVerdict verdict = judge_matches(matches, max_log10, min_matches);
   ambiguous_[picture] = verdict.kind == MatchVerdict::Kind::ambiguous;
   if (verdict.kind == MatchVerdict::Kind::matched) {
     place(picture, matches[0]);
@@ -350,6 +360,7 @@ double GrowingMap::smallest_spacing() const {
 }
 
 bool GrowingMap::is_one_lamp(int a, int b, double spacing) const {
+  if (map_.lamps[a].tag != map_.lamps[b].tag) return false;
   const Vector3d difference = map_.lamps[a].position - map_.lamps[b].position;
   // Two lamps cannot be nearer than their sizes.
   if (difference.norm() < std::min(map_.lamps[a].size, map_.lamps[b].size)) return true;
@@ -405,7 +416,8 @@ int GrowingMap::reassign() {
       if (!px) continue;
       for (std::size_t b = 0; b < blobs.size(); ++b) {
         const Blob& blob = blobs[b];
-        if (blob.cut_by_border || blob.merged) continue;
+        if (blob.cut_by_border || blob.merged || map_.lamps[lamp].tag != tag_of(blob).value_or(-1))
+          continue;
         const int other = placed.lamp_of[b];
         if (other >= 0 && counts[other] >= 2) continue;
         const auto code = links_.code(links_.link(placed.picture, static_cast<int>(b)));

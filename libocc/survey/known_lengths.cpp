@@ -27,6 +27,12 @@ Corners unit_corners() {
   return corners;
 }
 
+double perimeter(const Corners& corners) {
+  double sum = 0;
+  for (Eigen::Index k = 0; k < 4; ++k) sum += (corners.col(k) - corners.col((k + 1) % 4)).norm();
+  return sum;
+}
+
 Rigid3 pose_of(const Corners& corners) {
   const Vector3d middle = corners.rowwise().mean();
   const Corners centred = corners.colwise() - middle;
@@ -92,10 +98,7 @@ std::optional<double> PlacedTags::scale(double size_m) const {
   if (tags_.empty()) return std::nullopt;
   std::vector<double> ratios;
   for (const Tag4& tag : tags_) {
-    double perimeter = 0;
-    for (Eigen::Index k = 0; k < 4; ++k)
-      perimeter += (tag.corners.col(k) - tag.corners.col((k + 1) % 4)).norm();
-    ratios.push_back(4 * size_m / perimeter);
+    ratios.push_back(4 * size_m / perimeter(tag.corners));
   }
   return median(std::move(ratios));
 }
@@ -110,11 +113,15 @@ double PlacedTags::scale_sigma() const {
   return sides.empty() ? 0 : 2 * edge_sigma_px / median(std::move(sides));
 }
 
-void PlacedTags::add_to(KnownLengths& lengths, double size_m) const {
+std::string tag_name(int id) { return "tag " + std::to_string(id); }
+
+void PlacedTags::add_to(KnownLengths& lengths, std::optional<double> size_m) const {
   for (const Tag4& tag : tags_) {
     NetworkBody body;
-    body.name = "tag " + std::to_string(tag.id);
-    body.corners_m = size_m * unit_corners();
+    body.name = tag_name(tag.id);
+    body.scale_free = !size_m;
+    body.corners_m = size_m.value_or(1) * unit_corners();
+    if (!size_m) body.scale = perimeter(tag.corners) / 4;
     body.world_from_body = pose_of(tag.corners);
     const int index = static_cast<int>(lengths.bodies.size());
     lengths.bodies.push_back(body);

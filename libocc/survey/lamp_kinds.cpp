@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <utility>
 
 #include "libocc/core/math.hpp"
 #include "libocc/core/statistics.hpp"
@@ -17,6 +18,7 @@ using Eigen::Vector3d;
 // Error of a size by the plane of other lamps: the normal of a disc is known to some hundredths of
 // a radian, and lamps hang at other heights.
 constexpr double plane_sigma = 0.1;
+constexpr double tag_sigma = 0.5;   // likewise of a tag, which may be on a wall
 constexpr double max_step = 1.25;   // of sizes in a plane; lamps that hang look larger
 constexpr double min_cosine = 0.1;  // of a ray and the plane's normal
 
@@ -24,10 +26,12 @@ constexpr double min_cosine = 0.1;  // of a ray and the plane's normal
 double size_in_plane(const LampShapeView& view, const Rigid3& cam_from_map,
                      const std::vector<MapLamp>& lamps) {
   Vector3d normal = Vector3d::Zero();
-  for (const MapLamp& lamp : lamps) normal += lamp.normal;
+  for (const MapLamp& lamp : lamps)
+    if (lamp.tag < 0) normal += lamp.normal;
   normal.normalize();
   std::vector<double> heights;
-  for (const MapLamp& lamp : lamps) heights.push_back(normal.dot(lamp.position));
+  for (const MapLamp& lamp : lamps)
+    if (lamp.tag < 0) heights.push_back(normal.dot(lamp.position));
   const Rigid3 map_from_cam = cam_from_map.inverse();
   const double height = median(std::move(heights)) - normal.dot(map_from_cam.translation);
   const double cosine =
@@ -79,7 +83,8 @@ LampGroups groups_of(const std::vector<LampShapeView>& views, bool by_plane) {
   std::vector<std::size_t> last;  // largest view of each group so far
   for (const std::size_t v : order) {
     const auto group = std::find_if(last.begin(), last.end(), [&](std::size_t other) {
-      return is_of_kind(views[v], views[other].shape, aspect_of(views[other])) &&
+      return (views[v].tag < 0) == (views[other].tag < 0) &&
+             is_of_kind(views[v], views[other].shape, aspect_of(views[other])) &&
              !(by_plane && groups.plane_size[v] > max_step * groups.plane_size[other]);
     });
     groups.group_of[v] = static_cast<int>(group - last.begin());
@@ -92,20 +97,26 @@ LampGroups groups_of(const std::vector<LampShapeView>& views, bool by_plane) {
   return groups;
 }
 
-std::vector<LampSize> sizes_of(const LampGroups& groups, double spread) {
+std::vector<LampSize> sizes_of(const std::vector<LampShapeView>& views, const LampGroups& groups,
+                               double spread) {
   std::vector<std::vector<double>> sizes(static_cast<std::size_t>(groups.count));
-  for (std::size_t v = 0; v < groups.group_of.size(); ++v)
+  std::vector<bool> of_tags(sizes.size(), false);
+  for (std::size_t v = 0; v < groups.group_of.size(); ++v) {
     sizes[groups.group_of[v]].push_back(groups.plane_size[v]);
-  const auto largest = std::max_element(
-      sizes.begin(), sizes.end(), [](const std::vector<double>& a, const std::vector<double>& b) {
-        return a.size() < b.size();
-      });
+    of_tags[groups.group_of[v]] = views[v].tag >= 0;
+  }
+  std::size_t largest = 0;  // of lamps, if there are any
+  for (std::size_t g = 1; g < sizes.size(); ++g)
+    if (std::pair(!of_tags[g], sizes[g].size()) >
+        std::pair(!of_tags[largest], sizes[largest].size()))
+      largest = g;
   std::vector<LampSize> result;
   for (const int group : groups.group_of)
-    if (&sizes[group] == &*largest)
+    if (static_cast<std::size_t>(group) == largest)
       result.push_back({1, spread});
     else
-      result.push_back({median(sizes[group]) / median(*largest), std::hypot(spread, plane_sigma)});
+      result.push_back({median(sizes[group]) / median(sizes[largest]),
+                        std::hypot(spread, of_tags[group] ? tag_sigma : plane_sigma)});
   return result;
 }
 
@@ -114,7 +125,7 @@ LampSize size_of_further_lamp(const LampShapeView& view, const Rigid3& cam_from_
   std::vector<const MapLamp*> similar;
   double smallest = infinity, largest = 0;
   for (const MapLamp& lamp : lamps) {
-    if (!is_of_kind(view, lamp.shape, lamp.aspect)) continue;
+    if ((view.tag < 0) != (lamp.tag < 0) || !is_of_kind(view, lamp.shape, lamp.aspect)) continue;
     similar.push_back(&lamp);
     smallest = std::min(smallest, lamp.size);
     largest = std::max(largest, lamp.size);
@@ -126,7 +137,8 @@ LampSize size_of_further_lamp(const LampShapeView& view, const Rigid3& cam_from_
       return ratio > max_step || ratio < 1 / max_step;
     };
     similar.erase(std::remove_if(similar.begin(), similar.end(), differs), similar.end());
-    if (similar.empty()) return {in_plane, std::hypot(spread, plane_sigma)};
+    if (similar.empty())
+      return {in_plane, std::hypot(spread, view.tag < 0 ? plane_sigma : tag_sigma)};
   }
   std::vector<double> sizes, sigmas;
   for (const MapLamp* lamp : similar) {

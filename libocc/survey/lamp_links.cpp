@@ -5,6 +5,8 @@
 #include <map>
 #include <set>
 
+#include "libocc/survey/internal/tag_views.hpp"
+
 namespace occ::internal::survey {
 namespace {
 
@@ -19,7 +21,7 @@ std::set<int> repeated_ids(const std::vector<SurveyPicture>& pictures,
   for (const SurveyPicture& picture : pictures) {
     std::set<int> seen;
     for (const Blob& blob : picture.blobs)
-      if (blob.lamp_id && !seen.insert(*blob.lamp_id).second &&
+      if (blob.lamp_id && !tag_of(blob) && !seen.insert(*blob.lamp_id).second &&
           repeated.insert(*blob.lamp_id).second)
         notes.push_back(picture.name + ": several blobs have the id " +
                         std::to_string(*blob.lamp_id) + ", which is therefore not used");
@@ -32,7 +34,8 @@ std::set<int> repeated_ids(const std::vector<SurveyPicture>& pictures,
 LampLinks::LampLinks(const std::vector<SurveyPicture>& pictures, std::vector<std::string>& notes) {
   const std::set<int> unreliable = repeated_ids(pictures, notes);
   const auto id_of = [&](const Blob& blob) {
-    return blob.lamp_id && unreliable.count(*blob.lamp_id) > 0 ? std::nullopt : blob.lamp_id;
+    const bool is_used = !tag_of(blob) && blob.lamp_id && unreliable.count(*blob.lamp_id) == 0;
+    return is_used ? blob.lamp_id : std::nullopt;
   };
   std::map<int, std::map<int, int>> reads;  // of each id, by track
   for (const SurveyPicture& picture : pictures)

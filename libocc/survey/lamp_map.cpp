@@ -28,6 +28,7 @@ constexpr int max_triples = 300;      // of a picture, largest first; 12 lamps h
 constexpr int max_hypotheses = 4000;  // refined for one picture
 constexpr double normal_sigma_rad = 0.3;  // of a lamp seen from below, and of lamps that hang askew
 constexpr double max_turn_rad = 0.2;      // of the sides of a rectangle between map and picture
+constexpr double max_tag_tilt_rad = 0.4;  // of its normal
 constexpr double max_line_width = 0.1;    // over the length, of lamps on a line
 constexpr double missing_log10 = 1.3;     // a lamp is dark or hidden with probability 1/20
 
@@ -60,8 +61,12 @@ class Matcher {
       : picture_(picture), map_(map), pictures_(pictures), camera_(camera) {
     std::vector<int> all(map.lamps.size());
     std::iota(all.begin(), all.end(), 0);
-    for (std::size_t v = 0; v < picture.views.size(); ++v)
+    for (std::size_t v = 0; v < picture.views.size(); ++v) {
       lamps_of_view_.push_back(candidates.empty() ? all : candidates[v]);
+      std::vector<int>& lamps = lamps_of_view_.back();
+      const auto is_other = [&](int p) { return map.lamps[p].tag != picture.views[v].tag; };
+      lamps.erase(std::remove_if(lamps.begin(), lamps.end(), is_other), lamps.end());
+    }
     std::vector<double> ranges;
     for (const LampShapeView& view : picture.views) ranges.push_back(view.range);
     const double field_x = camera.width() / camera.fx_px();
@@ -87,6 +92,9 @@ class Matcher {
 
   std::vector<MapMatch> run() {
     for (const Triple& triple : triples_by_area(picture_.views)) search(triple);
+    for (std::size_t v = 0; v < picture_.views.size(); ++v)
+      if (picture_.views[v].tag >= 0)
+        for (const int p : lamps_of_view_[v]) try_views({static_cast<int>(v)}, {p}, 0);
     std::stable_sort(found_.begin(), found_.end(), [](const MapMatch& a, const MapMatch& b) {
       return a.log10_false_alarms < b.log10_false_alarms;
     });
@@ -103,13 +111,21 @@ class Matcher {
   }
 
   bool is_same_kind(int view, int lamp) const {
-    return is_of_kind(picture_.views[view], map_.lamps[lamp].shape, map_.lamps[lamp].aspect);
+    return picture_.views[view].tag == map_.lamps[lamp].tag &&
+           is_of_kind(picture_.views[view], map_.lamps[lamp].shape, map_.lamps[lamp].aspect);
   }
 
-  /// False if the sides of a rectangle have another direction in the map.
+  /// False if the sides of a rectangle, or sides and normal of a tag, have another direction in the
+  /// map.
   bool axes_agree(const MapMatch& match, int view, int lamp) const {
     const MapLamp& known = map_.lamps[lamp];
     if (known.x_axis.isZero()) return true;
+    if (known.tag >= 0) {
+      const LampShapeView& seen = picture_.views[view];
+      const Matrix3d& rotation = match.cam_from_map.rotation;
+      return (rotation * known.x_axis).dot(seen.x_axis) > std::cos(max_turn_rad) &&
+             (rotation * known.normal).dot(seen.normals[0]) > std::cos(max_tag_tilt_rad);
+    }
     const double cosine =
         std::abs((match.cam_from_map.rotation * known.x_axis).dot(long_side(picture_.views[view])));
     const double sine = std::sqrt(std::max(0.0, 1 - square(cosine)));
@@ -164,33 +180,37 @@ class Matcher {
             best_side = std::min(best_side, log10_side);
           }
           if (line_normal_) log10_sides -= best_side;  // the third side follows from two
-          try_triple({i, j, k}, {p, q, r}, log10_sides);
+          try_views({i, j, k}, {p, q, r}, log10_sides);
         }
       }
   }
 
-  void try_triple(const std::array<int, 3>& views, const std::array<int, 3>& lamps,
-                  double log10_sides) {
+  /// The motion by three lamps or by one tag.
+  void try_views(const std::vector<int>& views, const std::vector<int>& lamps, double log10_sides) {
+    const std::size_t count = views.size();
     std::vector<int> lamp_of_view(picture_.views.size(), -1);
     Vector3d from = Vector3d::Zero(), to = Vector3d::Zero();
-    for (std::size_t n = 0; n < 3; ++n) {
+    for (std::size_t n = 0; n < count; ++n) {
       lamp_of_view[views[n]] = lamps[n];
-      from += map_.lamps[lamps[n]].position / 3;
-      to += position(views[n], lamps[n]) / 3;
+      from += map_.lamps[lamps[n]].position / static_cast<double>(count);
+      to += position(views[n], lamps[n]) / static_cast<double>(count);
     }
     Matrix3d product = Matrix3d::Zero(), by_normals = Matrix3d::Zero();
-    for (std::size_t n = 0; n < 3; ++n) {
+    for (std::size_t n = 0; n < count; ++n) {
       product +=
           (position(views[n], lamps[n]) - to) * (map_.lamps[lamps[n]].position - from).transpose();
       by_normals +=
           nearest_normal(views[n], common_normal_) * map_.lamps[lamps[n]].normal.transpose();
+      if (count == 1)
+        by_normals += picture_.views[views[n]].x_axis * map_.lamps[lamps[n]].x_axis.transpose();
     }
     constexpr double normal_weight = 0.01;  // enough for lamps on a line
-    product += normal_weight * product.norm() * by_normals;
+    product += (count == 1 ? 1 : normal_weight * product.norm()) * by_normals;
     MapMatch match;
     match.cam_from_map.rotation = nearest_rotation(product);
     match.cam_from_map.translation = to - match.cam_from_map.rotation * from;
-    for (std::size_t n = 0; n < 3; ++n)  // the motion of the mirrored triangle shows the dark sides
+    for (std::size_t n = 0; n < count;
+         ++n)  // the motion of the mirrored triangle shows the dark sides
       if ((match.cam_from_map.rotation * map_.lamps[lamps[n]].normal)
               .dot(picture_.views[views[n]].bearing) > 0)
         return;
@@ -199,12 +219,14 @@ class Matcher {
     for (int round = 0; round < 3; ++round) {
       const std::vector<int> before = match.lamp_of_view;
       associate(match);
-      if (match.matches < 3 || !tried_.insert({round, match.lamp_of_view}).second) return;
+      if (match.matches < (count == 1 ? 2 : 3) ||
+          !tried_.insert({round, match.lamp_of_view}).second)
+        return;
       if (match.lamp_of_view == before) break;
       if (!refine(match)) return;
     }
     if (!final_.insert(match.lamp_of_view).second) return;
-    score(match, log10_sides);
+    score(match, log10_sides, views);
     found_.push_back(std::move(match));
   }
 
@@ -221,13 +243,22 @@ class Matcher {
         const Matrix3d weight = core::inverse<Matrix3d>(at.covariance);
         information += at.jacobian.transpose() * weight * at.jacobian;
         gradient += at.jacobian.transpose() * (weight * at.error);
+        const auto add_direction = [&](const Vector3d& mapped, const Vector3d& seen, double sigma) {
+          const Matrix3d turn = skew(mapped);
+          information.topLeftCorner<3, 3>() -= turn * turn / square(sigma);
+          gradient.head<3>() -= turn * (seen - mapped) / square(sigma);
+        };
         // Normals determine the rotation about a line of lamps.
-        const Vector3d normal =
-            match.cam_from_map.rotation * map_.lamps[match.lamp_of_view[v]].normal;
-        const Matrix3d turn = skew(normal);
-        const Vector3d error = nearest_normal(static_cast<int>(v), normal) - normal;
-        information.topLeftCorner<3, 3>() -= turn * turn / square(normal_sigma_rad);
-        gradient.head<3>() -= turn * error / square(normal_sigma_rad);
+        const MapLamp& lamp = map_.lamps[match.lamp_of_view[v]];
+        const Vector3d normal = match.cam_from_map.rotation * lamp.normal;
+        const Vector3d& seen = nearest_normal(static_cast<int>(v), normal);
+        if (lamp.tag < 0) {
+          add_direction(normal, seen, normal_sigma_rad);
+        } else {  // a view has given the axes of the map as well
+          const double sigma = std::sqrt(2.0) * picture_.views[v].tilt_sigma_rad;
+          add_direction(normal, seen, sigma);
+          add_direction(match.cam_from_map.rotation * lamp.x_axis, picture_.views[v].x_axis, sigma);
+        }
       }
       const core::Cholesky<Matrix6> factors(information);
       if (!factors.exists()) return false;
@@ -286,12 +317,14 @@ class Matcher {
     }
   }
 
-  void score(MapMatch& match, double log10_sides) const {
+  /// `views`: those of the hypothesis, three lamps or one tag.
+  void score(MapMatch& match, double log10_sides, const std::vector<int>& views) const {
     const double n = static_cast<double>(picture_.views.size());
-    double log10_nfa = log10_triples_ + log10_sides;
+    const bool by_tag = views.size() == 1;
+    double log10_nfa = by_tag ? 0 : log10_triples_ + log10_sides;
     std::vector<double> terms;
     for (std::size_t v = 0; v < match.lamp_of_view.size(); ++v) {
-      if (match.lamp_of_view[v] < 0) continue;
+      if (match.lamp_of_view[v] < 0 || (by_tag && static_cast<int>(v) == views[0])) continue;
       Linear at = linear(match, static_cast<int>(v), match.lamp_of_view[v]);
       at.covariance += at.jacobian * match.covariance * at.jacobian.transpose();
       const Vector3d& bearing = picture_.views[v].bearing;
@@ -310,11 +343,13 @@ class Matcher {
       terms.push_back(std::log10(std::min(1.0, n * area / field_sr_)));
     }
     std::sort(terms.begin(), terms.end());  // the triple takes the three best ones
-    for (std::size_t i = 3; i < terms.size(); ++i) log10_nfa += terms[i];
+    for (std::size_t i = by_tag ? 0 : 3; i < terms.size(); ++i) log10_nfa += terms[i];
     // Lamps of one ceiling are parallel: their sides count once.
     double log10_sides_agree = 0;
     for (const int lamp : match.lamp_of_view)
-      if (lamp >= 0 && !map_.lamps[lamp].x_axis.isZero())
+      if (lamp >= 0 && map_.lamps[lamp].tag >= 0)
+        log10_nfa += std::log10(max_turn_rad / pi * (1 - std::cos(max_tag_tilt_rad)));
+      else if (lamp >= 0 && !map_.lamps[lamp].x_axis.isZero())
         log10_sides_agree =
             std::min(log10_sides_agree,
                      std::log10(2 * max_turn_rad / (is_square(map_.lamps[lamp]) ? pi / 2 : pi)));
@@ -330,8 +365,9 @@ class Matcher {
       if (lamp >= 0) matched[lamp] = true;
     int count = 0;
     for (std::size_t p = 0; p < map_.lamps.size(); ++p)
-      if (!matched[p] && is_absent(map_.lamps[p].position, map_.lamps[p].normal, map_.lamps[p].size,
-                                   match.cam_from_map, *picture_.blobs))
+      if (!matched[p] && map_.lamps[p].tag < 0 &&
+          is_absent(map_.lamps[p].position, map_.lamps[p].normal, map_.lamps[p].size,
+                    match.cam_from_map, *picture_.blobs))
         ++count;
     return count;
   }
@@ -341,7 +377,7 @@ class Matcher {
     const Rigid3 map_from_cam = match.cam_from_map.inverse();
     int count = 0;
     for (std::size_t v = 0; v < picture_.views.size(); ++v) {
-      if (match.lamp_of_view[v] >= 0) continue;
+      if (match.lamp_of_view[v] >= 0 || picture_.views[v].tag >= 0) continue;
       const double size =
           size_of_further_lamp(picture_.views[v], match.cam_from_map, map_.lamps, 0).size;
       const Vector3d at = map_from_cam * view_position(picture_.views[v], size);
@@ -404,7 +440,7 @@ Matrix3d view_covariance(const LampShapeView& view, double size, double size_sig
 std::vector<MapMatch> match_picture(const PictureViews& picture, const LampMap& map,
                                     const std::vector<PictureViews>& pictures, const Camera& camera,
                                     const MatchCandidates& candidates) {
-  if (picture.views.size() < 3 || map.lamps.size() < 3) return {};
+  if (picture.views.size() < 2 || map.lamps.size() < 2) return {};
   return Matcher(picture, map, pictures, camera, candidates).run();
 }
 

@@ -4,10 +4,12 @@
 #include <Eigen/Geometry>
 #include <array>
 #include <cmath>
+#include <utility>
 
 #include "libocc/core/internal/dense.hpp"
 #include "libocc/core/math.hpp"
 #include "libocc/geometry/so3.hpp"
+#include "libocc/survey/internal/tag_views.hpp"
 
 namespace occ::internal::survey {
 namespace {
@@ -136,6 +138,7 @@ std::optional<LampShapeView> lamp_view(const Blob& blob, int index, const Camera
   if (*reason_without_view(blob) != '\0') return std::nullopt;
   LampShapeView view;
   view.blob = index;
+  view.tag = tag_of(blob).value_or(-1);
   const bool has_shape = blob.corners_px.size() == 4 ? add_rectangle(blob, camera, view)
                                                      : add_disc(blob, camera, view);
   if (!has_shape) return std::nullopt;
@@ -144,6 +147,13 @@ std::optional<LampShapeView> lamp_view(const Blob& blob, int index, const Camera
   const double count = static_cast<double>(blob.rim.size());
   const double radius_px = std::sqrt(blob.ellipse.semi_major_px * blob.ellipse.semi_minor_px);
   const double growth = std::sqrt(variance / square(count) + blob.rim_covariance_px2(0, 0));
+  if (view.tag >= 0) {
+    // The tilt follows from the perspective across the tag, which is its side squared over the
+    // distance, in pixels.
+    constexpr double min_sigma_px = 0.1;  // of a corner in a compressed picture
+    const double sigma_px = std::max(min_sigma_px, std::sqrt(variance / square(count)));
+    view.tilt_sigma_rad = 2 * sigma_px * view.range / (pi * radius_px);
+  }
   view.range_sigma = std::hypot(min_range_sigma, growth / radius_px);
   Eigen::Matrix<double, 3, 2> jacobian;
   if (!camera.unproject(blob.centroid_px, &jacobian)) return std::nullopt;
@@ -152,11 +162,12 @@ std::optional<LampShapeView> lamp_view(const Blob& blob, int index, const Camera
   return view;
 }
 
-Vector3d consensus_direction(const std::vector<Vector3d>& directions) {
+Vector3d consensus_direction(const std::vector<Vector3d>& directions, const Vector3d& hint) {
   constexpr double max_angle_rad = 0.2;  // error of a normal from the rim of a lamp seen from below
   const double min_cosine = std::cos(max_angle_rad);
+  constexpr double tie = 0.8;  // of the votes of the best direction
+  std::vector<std::pair<int, Vector3d>> means;
   int best = 0;
-  Vector3d mean = Vector3d::Zero();
   for (const Vector3d& candidate : directions) {
     int votes = 0;
     Vector3d sum = Vector3d::Zero();
@@ -165,18 +176,22 @@ Vector3d consensus_direction(const std::vector<Vector3d>& directions) {
         ++votes;
         sum += other;
       }
-    if (votes > best) {
-      best = votes;
-      mean = sum.normalized();
-    }
+    means.emplace_back(votes, sum.normalized());
+    best = std::max(best, votes);
   }
-  return mean;
+  std::pair<int, Vector3d> chosen(0, Vector3d::Zero());
+  for (const auto& mean : means)
+    if (hint.isZero() ? mean.first > chosen.first
+                      : mean.first >= tie * best &&
+                            (chosen.first == 0 || mean.second.dot(hint) > chosen.second.dot(hint)))
+      chosen = mean;
+  return chosen.second;
 }
 
 Vector3d common_normal(const std::vector<LampShapeView>& views) {
   std::vector<Vector3d> normals;
   for (const LampShapeView& view : views)
-    normals.insert(normals.end(), view.normals.begin(), view.normals.end());
+    if (view.tag < 0) normals.insert(normals.end(), view.normals.begin(), view.normals.end());
   return consensus_direction(normals);
 }
 

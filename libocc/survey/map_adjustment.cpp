@@ -73,7 +73,7 @@ std::vector<int> GrowingMap::lamps_in_order() const {
   std::vector<bool> listed(map_.lamps.size(), false);
   for (const PlacedPicture* picture : placed)
     for (const int lamp : picture->lamp_of)
-      if (lamp >= 0 && counts[lamp] >= 2 && !listed[lamp]) {
+      if (lamp >= 0 && counts[lamp] >= 2 && !listed[lamp] && map_.lamps[lamp].tag < 0) {
         listed[lamp] = true;
         order.push_back(lamp);
       }
@@ -119,10 +119,18 @@ Network GrowingMap::network_of(const KnownLengths& lengths) {
     }
   }
   network.distances = lengths.distances;
-  network.bodies = lengths.bodies;
-  network.observations.insert(network.observations.end(), lengths.tag_observations.begin(),
-                              lengths.tag_observations.end());
+  const KnownLengths tags = lengths.bodies.empty() ? tags_of_any_size() : lengths;
+  network.bodies = tags.bodies;
+  network.observations.insert(network.observations.end(), tags.tag_observations.begin(),
+                              tags.tag_observations.end());
   return network;
+}
+
+KnownLengths GrowingMap::tags_of_any_size() const {
+  KnownLengths lengths;
+  std::vector<std::string> notes;  // of tags that are left out, also in SurveyRun
+  PlacedTags(input_, map_, camera_, notes).add_to(lengths, std::nullopt);
+  return lengths;
 }
 
 void GrowingMap::add_rim(const PlacedPicture& placed, int blob, Network& network,
@@ -157,8 +165,10 @@ bool GrowingMap::is_line() const {
 bool GrowingMap::shows_a_line() const {
   return std::any_of(map_.placed.begin(), map_.placed.end(), [&](const PlacedPicture& placed) {
     std::vector<Vector3d> at;
-    for (const int lamp : placed.lamp_of)
+    for (const int lamp : placed.lamp_of) {
+      if (lamp >= 0 && map_.lamps[lamp].tag >= 0) return false;  // its corners determine the pose
       if (lamp >= 0 && point_of_lamp_[lamp] >= 0) at.push_back(map_.lamps[lamp].position);
+    }
     return are_on_a_line(at);
   });
 }
@@ -170,7 +180,11 @@ std::optional<ShapeOfViews> GrowingMap::fitted_shape(int lamp) const {
       if (placed.lamp_of[view.blob] == lamp)
         views.push_back({&view, &input_[placed.picture].blobs[view.blob], placed.cam_from_map});
   if (views.empty()) return std::nullopt;
-  return shape_of_views(map_.lamps[lamp].position, map_.lamps[lamp].shape, views, camera_);
+  Vector3d others = Vector3d::Zero();
+  for (std::size_t other = 0; other < map_.lamps.size(); ++other)
+    if (static_cast<int>(other) != lamp && map_.lamps[other].tag < 0)
+      others += map_.lamps[other].normal;
+  return shape_of_views(map_.lamps[lamp].position, map_.lamps[lamp].shape, views, camera_, others);
 }
 
 void GrowingMap::set_shape(int lamp, const ShapeOfViews& found) {
@@ -231,13 +245,14 @@ void GrowingMap::update_from(const Adjustment& adjustment) {
     if (covariance.allFinite()) map_.lamps[lamp].covariance = covariance;
   }
   update_shapes(network);
+  update_tags(network);
   std::vector<MapLamp> adjusted;
   for (std::size_t lamp = 0; lamp < map_.lamps.size(); ++lamp)
     if (point_of_lamp_[lamp] >= 0) adjusted.push_back(map_.lamps[lamp]);
   for (const PlacedPicture& placed : map_.placed)  // lamps of one picture move with it
     for (const LampShapeView& view : pictures_[placed.picture].views) {
       const int lamp = placed.lamp_of[view.blob];
-      if (lamp < 0 || point_of_lamp_[lamp] >= 0) continue;
+      if (lamp < 0 || point_of_lamp_[lamp] >= 0 || is_adjusted_tag_[lamp]) continue;
       const Matrix3d to_map = placed.cam_from_map.rotation.transpose();
       const LampSize size =
           size_of_further_lamp(view, placed.cam_from_map, adjusted, options_.size_spread);
@@ -246,6 +261,29 @@ void GrowingMap::update_from(const Adjustment& adjustment) {
       map_.lamps[lamp].position = placed.cam_from_map.inverse() * view_position(view, size.size);
       map_.lamps[lamp].covariance =
           to_map * view_covariance(view, size.size, size.sigma) * to_map.transpose();
+    }
+}
+
+void GrowingMap::update_tags(const Network& network) {
+  is_adjusted_tag_.assign(map_.lamps.size(), false);
+  for (std::size_t lamp = 0; lamp < map_.lamps.size(); ++lamp)
+    for (std::size_t i = 0; i < network.bodies.size(); ++i) {
+      MapLamp& tag = map_.lamps[lamp];
+      const NetworkBody& body = network.bodies[i];
+      if (tag.tag < 0 || body.name != tag_name(tag.tag)) continue;
+      is_adjusted_tag_[lamp] = true;
+      const Matrix3d& axes = body.world_from_body.rotation;
+      const double side = body.scale * (body.corners_m.col(1) - body.corners_m.col(0)).norm();
+      tag.position = body.world_from_body.translation;
+      tag.normal = tag.normal.dot(axes.col(2)) > 0 ? Vector3d(axes.col(2)) : Vector3d(-axes.col(2));
+      tag.x_axis = axes.col(0);
+      tag.size = side / std::sqrt(pi);
+      tag.size_sigma = options_.size_spread;
+      if (!precision_) continue;
+      Matrix3d mean = Matrix3d::Zero();  // of the corners, whose errors are common
+      for (int k = 0; k < 4; ++k)
+        mean += precision_->position(Target::of_corner(static_cast<int>(i), k)) / 4;
+      if (mean.allFinite()) tag.covariance = mean;
     }
 }
 
@@ -274,7 +312,8 @@ int GrowingMap::drop_undetermined(const Adjustment& failed) {
   for (const ImageObservation& observation : network.observations)
     if (observation.used && observation.target.point >= 0) ++rays[observation.target.point];
   for (const ImageObservation& observation : network.observations)
-    if (observation.used && observation.target.point >= 0 && rays[observation.target.point] >= 2)
+    if (observation.used &&
+        (observation.target.point < 0 || rays[observation.target.point] >= 2))  // or of a tag
       ++used[observation.image];
   // Without such a picture, those with the fewest lamps are the least determined.
   const int min_used = std::max(3, 1 + *std::min_element(used.begin(), used.end()));

@@ -136,7 +136,8 @@ bool fit_shape(Lamp& lamp, const std::vector<RimInPicture>& rims, const Camera& 
 }
 
 ShapeOfViews shape_of_views(const Vector3d& centre, LampShape shape,
-                            const std::vector<ViewInPicture>& views, const Camera& camera) {
+                            const std::vector<ViewInPicture>& views, const Camera& camera,
+                            const Vector3d& normal_of_others) {
   ShapeOfViews found;
   Lamp& lamp = found.lamp;
   lamp.shape = shape;
@@ -159,7 +160,7 @@ ShapeOfViews shape_of_views(const Vector3d& centre, LampShape shape,
   if (!all_saturated)
     rims.erase(std::remove_if(rims.begin(), rims.end(), is_saturated), rims.end());
   const bool is_disc = shape == LampShape::disc;
-  lamp.normal = consensus_direction(normals);
+  lamp.normal = consensus_direction(normals, normal_of_others);
   found.size = median(sizes);
   lamp.radius_m = is_disc ? found.size : 0;
   lamp.size_m = is_disc ? Eigen::Vector2d::Zero() : Eigen::Vector2d(sides * found.size);

@@ -17,6 +17,7 @@
 #include "libocc/survey/internal/lamp_light.hpp"
 #include "libocc/survey/internal/row_times.hpp"
 #include "libocc/survey/internal/survey_notes.hpp"
+#include "libocc/survey/internal/tag_views.hpp"
 #include "libocc/survey/internal/world_frame.hpp"
 
 namespace occ {
@@ -29,7 +30,7 @@ using internal::survey::LinkStart;
 using internal::survey::MapLamp;
 using internal::survey::PlacedPicture;
 
-constexpr int min_views = 4;  // of a picture that may be the first
+constexpr int min_linked = 4;  // blobs of a picture that determine a pose
 constexpr int min_link_redundancy = 10;
 constexpr int max_starts = 6;       // first pictures that are tried; the largest map is kept
 constexpr int max_lone_starts = 3;  // if no picture joins them: in a grid, none ever does
@@ -89,7 +90,7 @@ class SurveyRun {
     const int by_rims = start_from_rims();
     int with_pose = 0;
     for (int i = 0; i < static_cast<int>(pictures_.size()); ++i) {
-      if (growing_.linked_blobs(i) < min_views) continue;
+      if (growing_.linked_blobs(i) < min_linked) continue;
       ++linked_;
       with_pose += !growing_.links_are_on_a_line(i);
     }
@@ -103,11 +104,11 @@ class SurveyRun {
 
   /// Grows maps from the pictures with most rims; returns the number of pictures of the largest.
   int start_from_rims() {
-    std::vector<int> order(pictures_.size());
-    std::iota(order.begin(), order.end(), 0);
+    std::vector<int> order;
+    for (int i = 0; i < static_cast<int>(pictures_.size()); ++i)
+      if (growing_.views(i) >= growing_.min_views(i)) order.push_back(i);
     std::stable_sort(order.begin(), order.end(),
                      [&](int a, int b) { return growing_.views(a) > growing_.views(b); });
-    while (!order.empty() && growing_.views(order.back()) < min_views) order.pop_back();
     candidates_ = static_cast<int>(order.size());
     int best = 0, best_placed = 0, tries = 0;
     bool best_by_plane = false;
@@ -483,12 +484,14 @@ Result<Survey> internal::survey::survey_from(const std::vector<MapLamp>& known,
 Result<Survey> survey(const std::vector<SurveyPicture>& pictures, const Camera& camera,
                       const SurveyOptions& options, const SurveyCallback& progress) {
   internal::survey::check_input(pictures, camera, options);
-  if (!options.ordered || options.row_time_s == 0)
-    return internal::survey::survey_from({}, pictures, camera, options, progress);
   std::vector<std::string> notes;
-  const std::vector<SurveyPicture> still = internal::survey::without_rolling_shutter(
-      pictures, options.row_time_s, camera.width(), camera.height(), notes);
+  std::vector<SurveyPicture> still = pictures;
+  if (options.ordered && options.row_time_s > 0)
+    still = internal::survey::without_rolling_shutter(std::move(still), options.row_time_s,
+                                                      camera.width(), camera.height(), notes);
+  still = internal::survey::with_tags_as_blobs(still);
   Result<Survey> result = internal::survey::survey_from({}, still, camera, options, progress);
+  internal::survey::remove_tag_blobs(pictures, result.value);
   result.value.warnings.insert(result.value.warnings.end(), notes.begin(), notes.end());
   return result;
 }

@@ -26,6 +26,10 @@
 // it places more pictures than the rims do. Each start is adjusted; if two different maps agree
 // with the pictures alike, the survey is ambiguous. Ids also exclude matches by rims.
 //
+// AprilTags link pictures as lamps do (internal/tag_views.hpp): a tag counts as one lamp, whose
+// number is known, and a tag and a lamp of the map are enough for a frame whose neighbour is in the
+// map. Their corners are observations of bodies, of unknown size unless tag_size_m is given.
+//
 // World frame: the lamps' mean normal points down (z is up; lamps without rims count with the
 // normal of the plane that fits them best); x points from lamp 0 to the lamp farthest from it; the
 // lamps' mean x and y, and the lowest camera's z are zero. Pictures do not show the scale: it
@@ -55,7 +59,7 @@ namespace occ {
 struct SurveyPicture {
   std::string name;                 ///< label for messages
   std::vector<Blob> blobs;          ///< result of detect()
-  std::vector<AprilTag> tags = {};  ///< result of detect_april_tags(), for a scale by tags
+  std::vector<AprilTag> tags = {};  ///< result of detect_april_tags(): they link pictures
   /// Track of each blob in a recording, or -1; empty: no tracks. Blobs of one track are one lamp.
   std::vector<int> tracks = {};
   std::optional<double> time_s = {};  ///< exposure of the middle row, for row_time_s and imu

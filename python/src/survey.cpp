@@ -165,7 +165,8 @@ void define_survey(py::module_& m) {
   const std::string doc =
       "Maps lamps from pictures of one calibrated camera at unknown places.\n\n"
       "pictures: (name, blobs) of each. distances: (lamp id, lamp id, length, sigma) [m]; they\n"
-      "determine the scale. tags: AprilTags of each picture. tracks: for each picture, the\n"
+      "determine the scale. tags: AprilTags of each picture, which link pictures, and determine\n"
+      "the scale with tag_size_m. tracks: for each picture, the\n"
       "track of each blob in a recording, or -1: blobs of one track are one lamp. times_s:\n"
       "exposure of the middle row of each, or None. odometry_m: position (3,) of the camera by\n"
       "odometry for each picture, or None; consecutive ones determine the scale if nothing else "

@@ -324,4 +324,28 @@ inline std::vector<MadePicture> video(const Scene& scene, int count, std::uint64
   return made;
 }
 
+/// The corners of a printed tag in each picture that shows all of it from the front.
+inline void add_tag(std::vector<MadePicture>& made, const Scene& scene, const Vector3d& at,
+                    double size_m, const Eigen::Matrix3d& axes = Eigen::Matrix3d::Identity()) {
+  Random random(4);
+  for (MadePicture& one : made) {
+    AprilTag tag;
+    tag.id = 7;
+    const double x[] = {-0.5, 0.5, 0.5, -0.5}, y[] = {0.5, 0.5, -0.5, -0.5};
+    bool is_seen = (one.pose.rotation * axes.col(2)).dot(one.pose * at) > 0;
+    for (std::size_t k = 0; k < 4 && is_seen; ++k) {  // seen from below: x to the right, y down
+      const Vector3d corner = at + size_m * (axes * Vector3d(x[k], y[k], 0));
+      const auto px = scene.camera.project(one.pose * corner);
+      is_seen = px && px->x() > 0 && px->y() > 0 && px->x() < scene.camera.width() - 1 &&
+                px->y() < scene.camera.height() - 1;
+      if (!is_seen) break;
+      tag.corners_px[k] = *px + noise_2d(random, 0.05);
+      tag.covariance_px2[k] = square(0.05) * Eigen::Matrix2d::Identity();
+    }
+    if (!is_seen) continue;
+    for (const Eigen::Vector2d& corner : tag.corners_px) tag.centre_px += corner / 4;
+    one.picture.tags.push_back(tag);
+  }
+}
+
 }  // namespace occ::test

@@ -107,28 +107,11 @@ TEST(Survey, HoldsBackPicturesOfFourLampsInARectangle) {
   EXPECT_EQ(found.status, Status::ambiguous) << found.message;
 }
 
-/// The corners of a printed tag in each picture.
-void add_tag(std::vector<MadePicture>& made, const Scene& scene, const std::vector<Rigid3>& poses,
-             const Vector3d& at, double size_m) {
-  Random random(4);
-  for (std::size_t i = 0; i < made.size(); ++i) {
-    AprilTag tag;
-    tag.id = 7;
-    const double x[] = {-0.5, 0.5, 0.5, -0.5}, y[] = {0.5, 0.5, -0.5, -0.5};
-    for (std::size_t k = 0; k < 4; ++k) {  // seen from below: x to the right, y down
-      const Vector3d corner = at + size_m * Vector3d(x[k], y[k], 0);
-      tag.corners_px[k] = scene.camera.project(poses[i] * corner).value() + noise_2d(random, 0.05);
-      tag.covariance_px2[k] = square(0.05) * Eigen::Matrix2d::Identity();
-    }
-    made[i].picture.tags.push_back(tag);
-  }
-}
-
 TEST(Survey, MapsFourLampsInARectangleFromAVideoWithATag) {
   const Scene scene = room_of({{1, 1, 2.7}, {3, 1, 2.7}, {1, 2.5, 2.7}, {3, 2.5, 2.7}});
   std::vector<Rigid3> poses;
   auto made = video(scene, 60, 8, poses);
-  add_tag(made, scene, poses, {2, 1.9, 2.7}, 0.16);
+  add_tag(made, scene, {2, 1.9, 2.7}, 0.16);
   SurveyOptions options;
   options.ordered = true;
   options.tag_size_m = 0.16;

@@ -78,6 +78,8 @@ class GrowingMap {
 
   /// Numbers of views with a shape, for the choice of the first picture.
   int views(int picture) const { return static_cast<int>(pictures_[picture].views.size()); }
+  /// Number of views that a picture needs: four, or three with a tag.
+  int min_views(int picture) const;
   /// Numbers of blobs with a link.
   int linked_blobs(int picture) const;
   /// True if the blobs with a link are on one line, so that they do not determine a pose.
@@ -121,6 +123,7 @@ class GrowingMap {
   std::vector<int> picture_counts() const;
   std::vector<int> lamps_in_order() const;
   Network network_of(const KnownLengths& lengths);
+  KnownLengths tags_of_any_size() const;
   Eigen::Vector2d centre_correction(int lamp, const Rigid3& pose) const;
   void update_from(const Adjustment& adjustment);
   void add_rim(const PlacedPicture& placed, int blob, Network& network,
@@ -132,6 +135,7 @@ class GrowingMap {
   void set_shape(int lamp, const ShapeOfViews& found);
   void fit_shapes();  // before the first adjustment
   void update_shapes(const Network& network);
+  void update_tags(const Network& network);
 
   const std::vector<SurveyPicture>& input_;
   const Camera given_camera_;
@@ -149,6 +153,7 @@ class GrowingMap {
   std::vector<int> order_;
   std::vector<int> point_of_lamp_;
   std::optional<Precision> precision_;  // of the last adjustment
+  std::vector<bool> is_adjusted_tag_;   // of each lamp of the map
   bool is_rough_ = false;               // a start, or lamps were joined since the last adjustment
   bool with_rims_ = false;
   std::vector<std::optional<Lamp>> shapes_;

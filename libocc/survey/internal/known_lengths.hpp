@@ -33,8 +33,8 @@ class PlacedTags {
   std::optional<double> scale(double size_m) const;
   /// Relative standard deviation of the scale by errors of edges that all pictures share.
   double scale_sigma() const;
-  /// Adds the tags as bodies of this size; the map must have its scale.
-  void add_to(KnownLengths& lengths, double size_m) const;
+  /// Adds the tags as bodies of this size, in a map that has its scale, or of unknown sizes.
+  void add_to(KnownLengths& lengths, std::optional<double> size_m) const;
 
  private:
   struct Tag4 {
@@ -44,6 +44,9 @@ class PlacedTags {
   };
   std::vector<Tag4> tags_;
 };
+
+/// Name of the body of a tag.
+std::string tag_name(int id);
 
 /// Radii of discs in the unit of the map.
 struct Radii {

@@ -40,7 +40,8 @@ LampGroups groups_of(const std::vector<LampShapeView>& views, bool by_plane);
 
 /// Sizes of the lamps of a picture, in the unit of the largest group. `spread`: relative standard
 /// deviation within a group.
-std::vector<LampSize> sizes_of(const LampGroups& groups, double spread);
+std::vector<LampSize> sizes_of(const std::vector<LampShapeView>& views, const LampGroups& groups,
+                               double spread);
 
 /// Size of a further lamp, which a picture with a known pose shows.
 LampSize size_of_further_lamp(const LampShapeView& view, const Rigid3& cam_from_map,

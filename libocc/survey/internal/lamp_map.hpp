@@ -37,6 +37,7 @@ namespace occ::internal::survey {
 struct MapLamp {
   Eigen::Vector3d position = Eigen::Vector3d::Zero();
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Identity();
+  int tag = -1;  ///< number of a tag; -1: a lamp
   LampShape shape = LampShape::disc;
   double aspect = 1;                                   ///< longer over shorter side of a rectangle
   double size = 1;                                     ///< as in LampShapeView
@@ -84,7 +85,8 @@ Eigen::Matrix3d view_covariance(const LampShapeView& view, double size, double s
 /// Lamps of the map that each view may show; empty: all lamps.
 using MatchCandidates = std::vector<std::vector<int>>;
 
-/// Hypotheses with at least three matches and different assignments, most significant first.
+/// Hypotheses with at least three matches, or a tag and a lamp, and different assignments, most
+/// significant first.
 std::vector<MapMatch> match_picture(const PictureViews& picture, const LampMap& map,
                                     const std::vector<PictureViews>& pictures, const Camera& camera,
                                     const MatchCandidates& candidates = {});

@@ -29,12 +29,14 @@ namespace occ::internal::survey {
 /// radius of the disc with the area of a rectangle.
 struct LampShapeView {
   int blob = 0;                                        ///< index in the picture
+  int tag = -1;                                        ///< number of a tag; -1: a lamp
   LampShape shape = LampShape::disc;                   ///< disc or rectangle
   Eigen::Vector3d bearing = Eigen::Vector3d::UnitZ();  ///< direction of the centre; camera frame
   double range = 0;                                    ///< distance of the centre over the size
   double range_sigma = 0;                              ///< relative standard deviation of range
   double angle_sigma_rad = 0;                          ///< standard deviation of the bearing
   std::vector<Eigen::Vector3d> normals;                ///< camera frame; two for a disc
+  double tilt_sigma_rad = 0;                           ///< normal of a tag
   Eigen::Vector3d x_axis = Eigen::Vector3d::UnitX();   ///< first side of a rectangle
   Eigen::Vector2d sides = Eigen::Vector2d::Zero();     ///< sides of a rectangle over the size
 };
@@ -46,8 +48,10 @@ std::optional<LampShapeView> lamp_view(const Blob& blob, int index, const Camera
 /// Reason why lamp_view() returns nothing for a blob; empty if the blob has a view.
 const char* reason_without_view(const Blob& blob);
 
-/// The direction with the most others within 0.2 rad, averaged over these. Zero without directions.
-Eigen::Vector3d consensus_direction(const std::vector<Eigen::Vector3d>& directions);
+/// The direction with the most others within 0.2 rad, averaged over these; of those with nearly as
+/// many, the one nearest to the hint, if it is not zero. Zero without directions.
+Eigen::Vector3d consensus_direction(const std::vector<Eigen::Vector3d>& directions,
+                                    const Eigen::Vector3d& hint = Eigen::Vector3d::Zero());
 /// consensus_direction() of the normals of all views.
 Eigen::Vector3d common_normal(const std::vector<LampShapeView>& views);
 

@@ -48,8 +48,10 @@ struct ShapeOfViews {
 };
 
 /// Shape of a lamp with a known centre from at least one view: start values from the views, then
-/// fit_shape() without saturated rims, unless all are saturated.
+/// fit_shape() without saturated rims, unless all are saturated. Where the two normals of a disc
+/// have as many views, it is the one nearest to `normal_of_others`.
 ShapeOfViews shape_of_views(const Eigen::Vector3d& centre, LampShape shape,
-                            const std::vector<ViewInPicture>& views, const Camera& camera);
+                            const std::vector<ViewInPicture>& views, const Camera& camera,
+                            const Eigen::Vector3d& normal_of_others = Eigen::Vector3d::Zero());
 
 }  // namespace occ::internal::survey

@@ -29,6 +29,7 @@ class Pictures:
     frames: list[int] = field(default_factory=list)  # index in the recording
     notes: list[str] = field(default_factory=list)
     ordered: bool = False
+    parts_of_tags: int = 0  # blobs that are no lamps
 
 
 @dataclass(frozen=True)
@@ -61,8 +62,7 @@ class Detector:
             tags = list(detect_april_tags(pixels, family=self.tag_family, camera=camera))
             found.tags.append(tags)
             lamps = [blob for blob in blobs if not any(is_part_of(tag, blob) for tag in tags)]
-            if len(lamps) < len(blobs):
-                found.notes.append(f"{name}: {len(blobs) - len(lamps)} blobs are parts of AprilTags")
+            found.parts_of_tags += len(blobs) - len(lamps)
             blobs = lamps
         found.blobs.append((name, blobs))
         found.times_s.append(time_s)
@@ -119,6 +119,15 @@ def read_pictures(
     topic: str | None = None,
 ) -> Pictures:
     """Reads all pictures and detects their blobs. Raises: Failure naming the source or the picture."""
+    found = detected_pictures(names, detector, ordered, max_pictures, fps, topic)
+    if found.parts_of_tags > 0:
+        found.notes.append(f"{found.parts_of_tags} blobs are parts of AprilTags, not lamps")
+    return found
+
+
+def detected_pictures(
+    names: Sequence[str], detector: Detector, ordered: bool, max_pictures: int, fps: float | None, topic: str | None,
+) -> Pictures:
     recording = is_recording(names, fps)
     found = Pictures(ordered=ordered or recording)
     if recording:
