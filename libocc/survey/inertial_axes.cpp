@@ -73,12 +73,17 @@ class UnitTurns {
       first_from_[k + 1] = first_from_[k] * turn(imu[k], imu[k + 1]);
   }
 
+  /// Frame at a time from the frame a duration later.
+  Matrix3d over(double from_s, double duration_s) const {
+    return at(from_s).transpose() * at(from_s + duration_s);
+  }
+
+ private:
   Matrix3d at(double time_s) const {
     const std::size_t k = sample_before(imu_, time_s);
     return first_from_[k] * turn(imu_[k], sample_between(imu_[k], imu_[k + 1], time_s));
   }
 
- private:
   Matrix3d turn(const ImuSample& a, const ImuSample& b) const {
     return so3_exp((b.time_s - a.time_s) *
                    (0.5 * (a.turn_rate_rad_s + b.turn_rate_rad_s) - bias_rad_s_));
@@ -99,9 +104,8 @@ Wahba axes_at(const InertialMotion& motion, const UnitTurns& turns, double offse
   double camera = 0, unit = 0;
   for (std::size_t i = 0; i < motion.pairs(); ++i) {
     if (!motion.is_covered(i, offset_s)) continue;
-    const double from_s = motion.poses()[i].time_s + offset_s;
     const Vector3d by_unit =
-        so3_log(turns.at(from_s).transpose() * turns.at(from_s + motion.duration_s(i)));
+        so3_log(turns.over(motion.poses()[i].time_s + offset_s, motion.duration_s(i)));
     product += motion.turn(i) * by_unit.transpose();
     camera += motion.turn(i).squaredNorm();
     unit += by_unit.squaredNorm();
@@ -147,10 +151,10 @@ VectorXd turn_residuals(const InertialMotion& motion, const InertialAxes& axes) 
   VectorXd residuals = VectorXd::Zero(3 * static_cast<Eigen::Index>(motion.pairs()));
   for (std::size_t i = 0; i < motion.pairs(); ++i) {
     if (!axes.used[i]) continue;
-    const double from_s = motion.poses()[i].time_s + axes.offset_s;
-    const Matrix3d by_unit = axes.cam_from_imu * turns.at(from_s).transpose() *
-                             turns.at(from_s + motion.duration_s(i)) *
-                             axes.cam_from_imu.transpose();
+    const Matrix3d by_unit =
+        axes.cam_from_imu *
+        turns.over(motion.poses()[i].time_s + axes.offset_s, motion.duration_s(i)) *
+        axes.cam_from_imu.transpose();
     residuals.segment<3>(3 * static_cast<Eigen::Index>(i)) =
         so3_log(so3_exp(motion.turn(i)).transpose() * by_unit);
   }

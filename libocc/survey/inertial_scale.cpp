@@ -2,7 +2,6 @@
 #include "libocc/survey/internal/inertial_scale.hpp"
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
@@ -10,6 +9,7 @@
 #include <sstream>
 #include <string>
 
+#include "libocc/core/internal/dense.hpp"
 #include "libocc/core/math.hpp"
 #include "libocc/geometry/so3.hpp"
 #include "libocc/survey/internal/inertial_axes.hpp"
@@ -150,7 +150,7 @@ class ScaleEquations {
   /// Rows of the first picture and of the shared unknowns; columns: picture, shared, right side.
   MatrixXd priors(const Solution& near) const {
     MatrixXd rows = MatrixXd::Zero(own + shared, own + shared + 1);
-    rows.topRows(own) = errors_of(0, near);
+    rows.topLeftCorner(own, own) = errors_of(0, near);
     auto fixed = rows.block(own, own, shared, shared);
     auto right = rows.col(own + shared).tail(shared);
     fixed(scale, scale) = 1e-6;
@@ -188,7 +188,7 @@ class ScaleEquations {
     Matrix6 covariance = pose.covariance;
     covariance.diagonal().array() += square(pose_floor);
     const Matrix6 errors = by_pose * covariance * by_pose.transpose();
-    MatrixXd rows = MatrixXd::Zero(own, own + shared + 1);
+    MatrixXd rows = MatrixXd::Zero(own, own);
     rows.topLeftCorner<3, 3>() = Matrix3d::Identity() / speed_sigma_m_s;
     rows.block<6, 6>(3, 3) = errors.llt().matrixL().solve(Matrix6::Identity());
     return rows;
@@ -197,10 +197,9 @@ class ScaleEquations {
   /// Rows of the motion from picture i to the next, and of the next picture's errors.
   MatrixXd equations(std::size_t i, double noise, const Solution& near,
                      double& log_determinant) const {
-    const MatrixXd errors = errors_of(i + 1, near);
     const Eigen::Index columns = 2 * own + shared + 1, next = own + shared;
     MatrixXd rows = MatrixXd::Zero(6 + own, columns);
-    rows.block(6, next, own, own) = errors.leftCols(own);
+    rows.block(6, next, own, own) = errors_of(i + 1, near);
     const Pair& pair = pairs_[i];
     if (!pair.integrals) return rows.bottomRows(own);
     const Rigid3& a = motion_.poses()[i].cam_from_map;
@@ -316,9 +315,8 @@ Result<InertialAlignment> align_inertial(const std::vector<TimedPose>& poses,
                   "the camera turns by " + figure(axes.turn_rms_rad / degree, " deg") +
                       " between two pictures, from which the unit's turns differ by " +
                       figure(misfit / degree, " deg") + "; the root mean squares");
-  const double axes_sigma =
-      std::sqrt(Eigen::SelfAdjointEigenSolver<Matrix3d>(axes.covariance.topLeftCorner<3, 3>())
-                    .eigenvalues()[2]);
+  const double axes_sigma = std::sqrt(
+      core::symmetric_eigen<Matrix3d>(axes.covariance.topLeftCorner<3, 3>()).eigenvalues()[2]);
   if (!(axes_sigma < max_axes_sigma_rad))
     return failed(Status::degenerate,
                   "the camera turns about one axis only, so the direction of "

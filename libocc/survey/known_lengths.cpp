@@ -44,6 +44,9 @@ Rigid3 pose_of(const Corners& corners) {
 
 PlacedTags::PlacedTags(const std::vector<SurveyPicture>& pictures, const LampMap& map,
                        const Camera& camera, std::vector<std::string>& notes) {
+  if (std::all_of(pictures.begin(), pictures.end(),
+                  [](const auto& one) { return one.tags.empty(); }))
+    return;
   Network network;
   network.cameras.push_back({"camera", camera, {}});
   std::map<int, std::vector<ImageObservation>> seen;

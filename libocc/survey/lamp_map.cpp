@@ -111,8 +111,7 @@ class Matcher {
   }
 
   bool is_same_kind(int view, int lamp) const {
-    return picture_.views[view].tag == map_.lamps[lamp].tag &&
-           is_of_kind(picture_.views[view], map_.lamps[lamp].shape, map_.lamps[lamp].aspect);
+    return is_of_kind(picture_.views[view], map_.lamps[lamp].shape, map_.lamps[lamp].aspect);
   }
 
   /// False if the sides of a rectangle, or sides and normal of a tag, have another direction in the
@@ -209,8 +208,8 @@ class Matcher {
     MapMatch match;
     match.cam_from_map.rotation = nearest_rotation(product);
     match.cam_from_map.translation = to - match.cam_from_map.rotation * from;
-    for (std::size_t n = 0; n < count;
-         ++n)  // the motion of the mirrored triangle shows the dark sides
+    // The motion of the mirrored triangle shows the dark sides.
+    for (std::size_t n = 0; n < count; ++n)
       if ((match.cam_from_map.rotation * map_.lamps[lamps[n]].normal)
               .dot(picture_.views[views[n]].bearing) > 0)
         return;

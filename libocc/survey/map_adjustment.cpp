@@ -245,14 +245,14 @@ void GrowingMap::update_from(const Adjustment& adjustment) {
     if (covariance.allFinite()) map_.lamps[lamp].covariance = covariance;
   }
   update_shapes(network);
-  update_tags(network);
+  const std::vector<bool> is_adjusted_tag = update_tags(network);
   std::vector<MapLamp> adjusted;
   for (std::size_t lamp = 0; lamp < map_.lamps.size(); ++lamp)
     if (point_of_lamp_[lamp] >= 0) adjusted.push_back(map_.lamps[lamp]);
   for (const PlacedPicture& placed : map_.placed)  // lamps of one picture move with it
     for (const LampShapeView& view : pictures_[placed.picture].views) {
       const int lamp = placed.lamp_of[view.blob];
-      if (lamp < 0 || point_of_lamp_[lamp] >= 0 || is_adjusted_tag_[lamp]) continue;
+      if (lamp < 0 || point_of_lamp_[lamp] >= 0 || is_adjusted_tag[lamp]) continue;
       const Matrix3d to_map = placed.cam_from_map.rotation.transpose();
       const LampSize size =
           size_of_further_lamp(view, placed.cam_from_map, adjusted, options_.size_spread);
@@ -264,14 +264,14 @@ void GrowingMap::update_from(const Adjustment& adjustment) {
     }
 }
 
-void GrowingMap::update_tags(const Network& network) {
-  is_adjusted_tag_.assign(map_.lamps.size(), false);
+std::vector<bool> GrowingMap::update_tags(const Network& network) {
+  std::vector<bool> is_adjusted(map_.lamps.size(), false);
   for (std::size_t lamp = 0; lamp < map_.lamps.size(); ++lamp)
     for (std::size_t i = 0; i < network.bodies.size(); ++i) {
       MapLamp& tag = map_.lamps[lamp];
       const NetworkBody& body = network.bodies[i];
       if (tag.tag < 0 || body.name != tag_name(tag.tag)) continue;
-      is_adjusted_tag_[lamp] = true;
+      is_adjusted[lamp] = true;
       const Matrix3d& axes = body.world_from_body.rotation;
       const double side = body.scale * (body.corners_m.col(1) - body.corners_m.col(0)).norm();
       tag.position = body.world_from_body.translation;
@@ -285,6 +285,7 @@ void GrowingMap::update_tags(const Network& network) {
         mean += precision_->position(Target::of_corner(static_cast<int>(i), k)) / 4;
       if (mean.allFinite()) tag.covariance = mean;
     }
+  return is_adjusted;
 }
 
 std::vector<TimedPose> GrowingMap::timed_poses() const {

@@ -329,7 +329,7 @@ class SurveyRun {
   void note_pictures(Survey& survey) const {
     survey.image_of_picture.assign(pictures_.size(), -1);
     for (const SurveyPicture& picture : pictures_)
-      survey.lamp_of_blob.emplace_back(picture.blobs.size(), -1);
+      survey.lamp_of_blob.emplace_back(internal::survey::lamp_blobs(picture), -1);
     for (int i = 0; i < static_cast<int>(pictures_.size()); ++i)
       if (!growing_.reason(i).empty())
         survey.omissions.push_back({pictures_[i].name, -1, growing_.reason(i)});
@@ -424,7 +424,7 @@ void SurveyRun::set_light(SurveyedLamp& surveyed, int lamp) const {
 void SurveyRun::note_blobs(Survey& survey) const {
   for (const PlacedPicture& placed : growing_.map().placed) {
     const SurveyPicture& picture = pictures_[placed.picture];
-    for (std::size_t b = 0; b < placed.lamp_of.size(); ++b) {
+    for (std::size_t b = 0; b < internal::survey::lamp_blobs(picture); ++b) {
       const int lamp = placed.lamp_of[b];
       const int id = lamp < 0 ? -1 : growing_.point_of_lamp()[lamp];
       survey.lamp_of_blob[placed.picture][b] = id;
@@ -489,9 +489,8 @@ Result<Survey> survey(const std::vector<SurveyPicture>& pictures, const Camera& 
   if (options.ordered && options.row_time_s > 0)
     still = internal::survey::without_rolling_shutter(std::move(still), options.row_time_s,
                                                       camera.width(), camera.height(), notes);
-  still = internal::survey::with_tags_as_blobs(still);
+  still = internal::survey::with_tags_as_blobs(std::move(still));
   Result<Survey> result = internal::survey::survey_from({}, still, camera, options, progress);
-  internal::survey::remove_tag_blobs(pictures, result.value);
   result.value.warnings.insert(result.value.warnings.end(), notes.begin(), notes.end());
   return result;
 }

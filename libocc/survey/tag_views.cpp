@@ -57,9 +57,8 @@ std::optional<int> tag_of(const Blob& blob) {
   return *blob.lamp_id - first_code;
 }
 
-std::vector<SurveyPicture> with_tags_as_blobs(const std::vector<SurveyPicture>& pictures) {
-  std::vector<SurveyPicture> all = pictures;
-  for (SurveyPicture& picture : all) {
+std::vector<SurveyPicture> with_tags_as_blobs(std::vector<SurveyPicture> pictures) {
+  for (SurveyPicture& picture : pictures) {
     std::map<int, int> counts;
     for (const AprilTag& tag : picture.tags) ++counts[tag.id];
     for (const AprilTag& tag : picture.tags) {
@@ -68,19 +67,12 @@ std::vector<SurveyPicture> with_tags_as_blobs(const std::vector<SurveyPicture>& 
       if (!picture.tracks.empty()) picture.tracks.push_back(-1);
     }
   }
-  return all;
+  return pictures;
 }
 
-void remove_tag_blobs(const std::vector<SurveyPicture>& pictures, Survey& survey) {
-  std::map<std::string, int> counts;
-  for (std::size_t i = 0; i < survey.lamp_of_blob.size(); ++i) {  // none if it was stopped
-    const std::size_t count = pictures[i].blobs.size();
-    counts[pictures[i].name] = static_cast<int>(count);
-    survey.lamp_of_blob[i].resize(count);
-  }
-  const auto is_tag = [&](const SurveyOmission& one) { return one.blob >= counts[one.picture]; };
-  survey.omissions.erase(std::remove_if(survey.omissions.begin(), survey.omissions.end(), is_tag),
-                         survey.omissions.end());
+std::size_t lamp_blobs(const SurveyPicture& picture) {
+  return static_cast<std::size_t>(std::count_if(picture.blobs.begin(), picture.blobs.end(),
+                                                [](const Blob& blob) { return !tag_of(blob); }));
 }
 
 }  // namespace occ::internal::survey

@@ -135,7 +135,7 @@ class GrowingMap {
   void set_shape(int lamp, const ShapeOfViews& found);
   void fit_shapes();  // before the first adjustment
   void update_shapes(const Network& network);
-  void update_tags(const Network& network);
+  std::vector<bool> update_tags(const Network& network);  // true: a tag of the network
 
   const std::vector<SurveyPicture>& input_;
   const Camera given_camera_;
@@ -153,7 +153,6 @@ class GrowingMap {
   std::vector<int> order_;
   std::vector<int> point_of_lamp_;
   std::optional<Precision> precision_;  // of the last adjustment
-  std::vector<bool> is_adjusted_tag_;   // of each lamp of the map
   bool is_rough_ = false;               // a start, or lamps were joined since the last adjustment
   bool with_rims_ = false;
   std::vector<std::optional<Lamp>> shapes_;

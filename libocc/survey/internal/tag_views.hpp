@@ -15,9 +15,9 @@ namespace occ::internal::survey {
 std::optional<int> tag_of(const Blob& blob);
 
 /// The pictures with a blob for each tag whose id occurs once in its picture, after the others.
-std::vector<SurveyPicture> with_tags_as_blobs(const std::vector<SurveyPicture>& pictures);
+std::vector<SurveyPicture> with_tags_as_blobs(std::vector<SurveyPicture> pictures);
 
-/// Removes what concerns the blobs of tags from the result.
-void remove_tag_blobs(const std::vector<SurveyPicture>& pictures, Survey& survey);
+/// Number of blobs that stand for no tag; they come first.
+std::size_t lamp_blobs(const SurveyPicture& picture);
 
 }  // namespace occ::internal::survey
