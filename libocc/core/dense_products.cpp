@@ -6,6 +6,19 @@ namespace occ::internal::core {
 using Eigen::MatrixXd;
 using View = Eigen::Ref<const MatrixXd>;
 
+namespace {
+
+struct FixedCacheSizes {
+  FixedCacheSizes() { Eigen::setCpuCacheSizes(32 << 10, 1 << 20, 8 << 20); }
+};
+const FixedCacheSizes fixed_cache_sizes;
+
+}  // namespace
+
+std::array<std::ptrdiff_t, 3> cache_bytes_of_products() {
+  return {Eigen::l1CacheSize(), Eigen::l2CacheSize(), Eigen::l3CacheSize()};
+}
+
 void product(const View& a, const View& b, Eigen::Ref<MatrixXd> out) { out.noalias() = a * b; }
 void transposed_product(const View& a, const View& b, Eigen::Ref<MatrixXd> out) {
   out.noalias() = a.transpose() * b;

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "libocc/core/image.hpp"
+#include "libocc/core/internal/dense.hpp"
 #include "libocc/core/random.hpp"
 #include "libocc/core/require.hpp"
 #include "libocc/core/status.hpp"
@@ -25,6 +26,11 @@ std::string message_of(const std::function<void()>& call) {
     return error.what();
   }
   return "nothing thrown";
+}
+
+TEST(Products, HaveTheBlocksOfOneProcessorOnAll) {
+  const std::array<std::ptrdiff_t, 3> expected{32768, 1048576, 8388608};
+  EXPECT_EQ(internal::core::cache_bytes_of_products(), expected);
 }
 
 TEST(Status, EveryNameIsItsOwn) {

@@ -9,6 +9,8 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/QR>
 #include <Eigen/SVD>
+#include <array>
+#include <cstddef>
 
 #include "libocc/core/abi.hpp"
 
@@ -81,6 +83,11 @@ template <class Matrix>
 bool is_positive_definite(const Matrix& a) {
   return Cholesky<Matrix>(a).exists();
 }
+
+/// Sizes of the three caches [bytes] for which Eigen divides large products into blocks, in all of
+/// the library. They are fixed, as the order of the sums depends on them: those of the processor
+/// would give other bits on other machines.
+LIBOCC_API std::array<std::ptrdiff_t, 3> cache_bytes_of_products();
 
 /// Products of dynamic matrices: A B, A^T B and A B^T. With `out` they allocate nothing.
 Eigen::MatrixXd product(const Eigen::Ref<const Eigen::MatrixXd>& a,
