@@ -54,6 +54,11 @@ template Square<6> Cholesky<Square<6>>::solve(const Square<6>&) const;
 template Vector<6> Cholesky<Square<6>>::solve_lower(const Vector<6>&) const;
 template Square<6> Cholesky<Square<6>>::solve_lower(const Square<6>&) const;
 
+template Cholesky<Square<12>>::Cholesky(const Square<12>&);
+template Vector<12> Cholesky<Square<12>>::solve(const Vector<12>&) const;
+template Eigen::Matrix<double, 12, 2> Cholesky<Square<12>>::solve(
+    const Eigen::Matrix<double, 12, 2>&) const;
+
 template Cholesky<MatrixXd>::Cholesky(const MatrixXd&);
 template MatrixXd Cholesky<MatrixXd>::lower() const;
 template double Cholesky<MatrixXd>::rcond() const;

@@ -118,11 +118,10 @@ class CornerPixels {
     if (!grey.holds(centre, half + 1)) return false;
     x = static_cast<int>(std::lround(centre.x()));
     y = static_cast<int>(std::lround(centre.y()));
-    for (std::vector<float>* values : {&x_, &y_, &grey_}) values->clear();
-    offsets_.clear();
     const auto area = static_cast<std::size_t>((2 * half + 1) * (2 * half + 1));
-    for (std::vector<float>* values : {&x_, &y_, &grey_}) values->reserve(area + kernel_lanes);
-    offsets_.reserve(area);
+    for (std::vector<float>* values : {&x_, &y_, &grey_}) values->resize(area + kernel_lanes);
+    offsets_.resize(area);
+    std::size_t count = 0;
     const EdgeStraightening straightened(start, centre - Vector2d(x, y));
     for (int v = -half; v <= half; ++v)
       for (int u = -half; u <= half; ++u) {
@@ -133,15 +132,17 @@ class CornerPixels {
             });
         if (outside) continue;
         const Vector2d straight = straightened(Vector2d(u, v));
-        offsets_.emplace_back(u, v);
-        x_.push_back(static_cast<float>(straight.x()));
-        y_.push_back(static_cast<float>(straight.y()));
-        grey_.push_back(static_cast<float>(grey.pixel(x + u, y + v)));
+        offsets_[count] = {u, v};
+        x_[count] = static_cast<float>(straight.x());
+        y_[count] = static_cast<float>(straight.y());
+        grey_[count] = static_cast<float>(grey.pixel(x + u, y + v));
+        ++count;
       }
-    used = static_cast<double>(x_.size());
+    used = static_cast<double>(count);
     if (!(used > 2 * unknowns)) return false;
-    inside_.assign(x_.size(), 1.0F);
-    const std::size_t padded = (x_.size() + kernel_lanes - 1) / kernel_lanes * kernel_lanes;
+    inside_.assign(count, 1.0F);
+    const std::size_t padded = (count + kernel_lanes - 1) / kernel_lanes * kernel_lanes;
+    for (std::vector<float>* values : {&x_, &y_, &grey_}) values->resize(count);
     for (std::vector<float>* values : {&x_, &y_, &grey_, &inside_}) values->resize(padded, 0.0F);
     count_ = static_cast<int>(padded);
     rows_.resize((unknowns + 1) * padded);
@@ -154,7 +155,12 @@ class CornerPixels {
     evaluate_corner(model.parameters(), window, rows_.data());
   }
 
-  double mean_grey() const { return lane_dot(grey_.data(), inside_.data(), count_) / used; }
+  double mean_grey() const {
+    const float* inside = inside_.data();
+    double sum;
+    lane_dots(grey_.data(), &inside, 1, count_, &sum);
+    return sum / used;
+  }
   int count() const { return count_; }
   int offset_x(int i) const { return offsets_[static_cast<std::size_t>(i)].first; }
   int offset_y(int i) const { return offsets_[static_cast<std::size_t>(i)].second; }
@@ -175,14 +181,15 @@ struct CornerEquations {
 
   CornerEquations(CornerPixels& pixels, const CornerModel& model) {
     pixels.evaluate(model);
-    const float* residuals = pixels.row(unknowns);
-    for (int a = 0; a < unknowns; ++a) {
+    const float* rows[unknowns + 1];
+    double products[unknowns + 1];
+    for (int a = 0; a <= unknowns; ++a) {
+      rows[a] = pixels.row(a);
+      lane_dots(rows[a], rows, a + 1, pixels.count(), products);
       for (int b = 0; b <= a; ++b)
-        information(a, b) = information(b, a) =
-            lane_dot(pixels.row(a), pixels.row(b), pixels.count());
-      gradient[a] = lane_dot(pixels.row(a), residuals, pixels.count());
+        (a < unknowns ? information(a, b) : b < unknowns ? gradient[b] : squared) = products[b];
     }
-    squared = lane_dot(residuals, residuals, pixels.count());
+    information.triangularView<Eigen::StrictlyUpper>() = information.transpose();
   }
 };
 
@@ -217,12 +224,12 @@ bool adjust_model(CornerPixels& pixels, double radius_px, double tolerance_px, C
     const auto cost = [&](const CornerEquations& at, const CornerModel& of) {
       return at.squared + of_overshoot * of.overshoot * of.overshoot;
     };
-    Eigen::MatrixXd damped = here.information;
+    Matrix12 damped = here.information;
     damped.diagonal() *= 1 + damping;
     damped(unknowns - 1, unknowns - 1) += of_overshoot;
-    Eigen::VectorXd gradient = here.gradient;
+    Vector12 gradient = here.gradient;
     gradient[unknowns - 1] -= of_overshoot * model.overshoot;
-    const core::Cholesky<Eigen::MatrixXd> factors(damped);
+    const core::Cholesky<Matrix12> factors(damped);
     if (!factors.exists()) return false;
     const Vector12 step = factors.solve(gradient);
     if (!step.allFinite()) return false;
@@ -279,25 +286,31 @@ std::vector<double> odd_residuals(const CornerPixels& pixels, const Vector2d& ce
 /// Residuals, influences and variance of a fit.
 bool describe_fit(CornerPixels& pixels, const CornerModel& model, CornerFit& fit) {
   const CornerEquations equations(pixels, model);
-  Eigen::MatrixXd information = equations.information;
+  Matrix12 information = equations.information;
   information(unknowns - 1, unknowns - 1) += overshoot_information(equations, pixels.used);
-  const core::Cholesky<Eigen::MatrixXd> factors(information);
+  const core::Cholesky<Matrix12> factors(information);
   if (!factors.exists() || !(pixels.used > 2 * unknowns)) return false;
-  Eigen::MatrixXd of_centre = Eigen::MatrixXd::Zero(unknowns, 2);
-  of_centre.topRows<2>().setIdentity();
-  const Eigen::MatrixXd rows = factors.solve(of_centre);
+  using Columns = Eigen::Matrix<double, unknowns, 2>;
+  const Columns rows = factors.solve(Columns(Columns::Identity()));
   fit.raster.resize(pixels.half);
   const std::vector<double> odd = odd_residuals(pixels, model.centre);
+  std::array<std::vector<double>, 2> influences;
+  for (std::size_t axis = 0; axis < 2; ++axis) {
+    influences[axis].assign(odd.size(), 0);
+    for (int k = 0; k < unknowns; ++k) {
+      const double by_row = rows(k, static_cast<Eigen::Index>(axis));
+      const float* row = pixels.row(k);
+      for (std::size_t i = 0; i < odd.size(); ++i) influences[axis][i] += by_row * row[i];
+    }
+  }
   double squared = 0, weights = 0;
-  for (int i = 0; i < static_cast<int>(pixels.used); ++i) {
-    double influence[2] = {0, 0};
-    for (int k = 0; k < unknowns; ++k)
-      for (const int axis : {0, 1}) influence[axis] += rows(k, axis) * pixels.row(k)[i];
-    const double residual = odd[static_cast<std::size_t>(i)];
-    const double weight = influence[0] * influence[0] + influence[1] * influence[1];
-    squared += weight * residual * residual;
+  for (std::size_t i = 0; i < odd.size(); ++i) {
+    const double by_x = influences[0][i], by_y = influences[1][i];
+    const double weight = by_x * by_x + by_y * by_y;
+    squared += weight * odd[i] * odd[i];
     weights += weight;
-    fit.raster.set(pixels.offset_x(i), pixels.offset_y(i), influence[0], influence[1], residual);
+    const int pixel = static_cast<int>(i);
+    fit.raster.set(pixels.offset_x(pixel), pixels.offset_y(pixel), by_x, by_y, odd[i]);
   }
   constexpr double rounding = 1 / 12.0;  // variance of rounded grey levels
   fit.variance = std::max(squared / weights * pixels.used / (pixels.used - unknowns), rounding);
@@ -313,28 +326,30 @@ bool describe_fit(CornerPixels& pixels, const CornerModel& model, CornerFit& fit
          min_significance * min_significance * equations.squared;
 }
 
-constexpr int lag_side = 2 * max_lag_px + 1;
+struct Lag {
+  int du = 0, dv = 0;
+};
+
+/// No lag first, then those of half the plane.
+std::array<Lag, lag_count> all_lags() {
+  std::array<Lag, lag_count> lags;
+  std::size_t count = 1;
+  for (int dv = 0; dv <= max_lag_px; ++dv)
+    for (int du = dv == 0 ? 1 : -max_lag_px; du <= max_lag_px; ++du) lags[count++] = {du, dv};
+  return lags;
+}
 
 /// Weight of a lag, which keeps the covariance positive (Bartlett's window; Newey, West, "A simple,
 /// positive semi-definite, heteroskedasticity and autocorrelation consistent covariance matrix",
 /// Econometrica 55, 1987).
-double lag_weight(int du, int dv) {
-  return (1 - std::abs(du) / (max_lag_px + 1.0)) * (1 - std::abs(dv) / (max_lag_px + 1.0));
-}
-
-/// Calls use(index, du, dv) for each lag of half the plane.
-template <class Use>
-void for_each_lag(const Use& use) {
-  for (int dv = 0; dv <= max_lag_px; ++dv)
-    for (int du = dv == 0 ? 1 : -max_lag_px; du <= max_lag_px; ++du)
-      use(static_cast<std::size_t>(dv * lag_side + du + max_lag_px), du, dv);
+double lag_weight(const Lag& lag) {
+  return (1 - std::abs(lag.du) / (max_lag_px + 1.0)) * (1 - std::abs(lag.dv) / (max_lag_px + 1.0));
 }
 
 /// Correlation of the noise at each lag, pooled over all fits. Pixels have the weight of their
 /// influence.
-std::vector<double> pooled_correlation(const std::vector<CornerFit>& fits) {
-  std::vector<double> products(static_cast<std::size_t>(lag_side * (max_lag_px + 1)), 0),
-      weights = products;
+LagSums pooled_correlation(const std::vector<CornerFit>& fits) {
+  LagSums products{}, weights{};
   for (const CornerFit& fit : fits) {
     const InfluenceRaster& raster = fit.raster;
     const std::vector<float> weight = raster.weights();
@@ -342,13 +357,15 @@ std::vector<double> pooled_correlation(const std::vector<CornerFit>& fits) {
     const double per_sigma = 1 / std::sqrt(fit.variance);
     for (std::size_t i = 0; i < scaled.size(); ++i)
       scaled[i] *= static_cast<float>(per_sigma * raster.residual[i]);
-    for_each_lag([&](std::size_t lag, int du, int dv) {
-      products[lag] += raster.lagged_dot(scaled, scaled, du, dv);
-      weights[lag] += raster.lagged_dot(weight, weight, du, dv);
-    });
+    const LagSums of_residuals = raster.lagged_dots(scaled, scaled);
+    const LagSums of_weights = raster.lagged_dots(weight, weight);
+    for (std::size_t lag = 0; lag < lag_count; ++lag) {
+      products[lag] += of_residuals[lag];
+      weights[lag] += of_weights[lag];
+    }
   }
-  for (std::size_t i = 0; i < products.size(); ++i)
-    products[i] = weights[i] > 0 ? products[i] / weights[i] : 0;
+  for (std::size_t lag = 0; lag < lag_count; ++lag)
+    products[lag] = weights[lag] > 0 ? products[lag] / weights[lag] : 0;
   return products;
 }
 
@@ -381,11 +398,16 @@ std::vector<float> InfluenceRaster::weights() const {
   return weight;
 }
 
-double InfluenceRaster::lagged_dot(const std::vector<float>& a, const std::vector<float>& b, int du,
-                                   int dv) const {
+LagSums InfluenceRaster::lagged_dots(const std::vector<float>& a,
+                                     const std::vector<float>& b) const {
   const int count = (stride * (2 * half + 1) + kernel_lanes - 1) / kernel_lanes * kernel_lanes;
-  const int shift = dv * stride + du;  // not negative for the lags of half the plane
-  return lane_dot(a.data(), b.data() + shift, count);
+  std::array<const float*, lag_count> shifted;
+  const std::array<Lag, lag_count> lags = all_lags();
+  for (std::size_t lag = 0; lag < lag_count; ++lag)  // shifts of half the plane are not negative
+    shifted[lag] = b.data() + lags[lag].dv * stride + lags[lag].du;
+  LagSums sums;
+  lane_dots(a.data(), shifted.data(), lag_count, count, sums.data());
+  return sums;
 }
 
 void continue_from(const CornerFit& fit, CornerStart& start) {
@@ -426,24 +448,24 @@ bool fit_corner(const GreyImage& grey, const CornerStart& start, CornerFit& fit)
 }
 
 std::vector<Matrix2d> noise_covariances(const std::vector<CornerFit>& fits) {
-  const std::vector<double> correlation = pooled_correlation(fits);
+  const LagSums correlation = pooled_correlation(fits);
+  const std::array<Lag, lag_count> lags = all_lags();
   std::vector<Matrix2d> covariances;
   for (const CornerFit& fit : fits) {
     const InfluenceRaster& raster = fit.raster;
-    const auto products = [&](int du, int dv) {
-      Matrix2d sums;
-      sums << raster.lagged_dot(raster.x, raster.x, du, dv),
-          raster.lagged_dot(raster.x, raster.y, du, dv),
-          raster.lagged_dot(raster.y, raster.x, du, dv),
-          raster.lagged_dot(raster.y, raster.y, du, dv);
-      return sums;
-    };
-    const Matrix2d independent = products(0, 0);
+    const LagSums xx = raster.lagged_dots(raster.x, raster.x);
+    const LagSums xy = raster.lagged_dots(raster.x, raster.y);
+    const LagSums yx = raster.lagged_dots(raster.y, raster.x);
+    const LagSums yy = raster.lagged_dots(raster.y, raster.y);
+    Matrix2d independent;
+    independent << xx[0], xy[0], yx[0], yy[0];
     Matrix2d correlated = independent;
-    for_each_lag([&](std::size_t lag, int du, int dv) {
-      const Matrix2d sums = correlation[lag] * lag_weight(du, dv) * products(du, dv);
-      correlated += sums + sums.transpose();
-    });
+    for (std::size_t lag = 1; lag < lag_count; ++lag) {
+      Matrix2d products;
+      products << xx[lag], xy[lag], yx[lag], yy[lag];
+      products *= correlation[lag] * lag_weight(lags[lag]);
+      correlated += products + products.transpose();
+    }
     // Negative correlation, as of sharpened noise, is not relied upon: it is known too badly.
     if (!(correlated.trace() > independent.trace()) || !(correlated.determinant() > 0))
       correlated = independent;

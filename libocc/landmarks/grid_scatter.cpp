@@ -61,12 +61,15 @@ MatrixXd monomials(const Eigen::Matrix2Xd& at, int degree) {
   const int max_y = std::min(degree, value_count(at.row(1)) - 1);
   MatrixXd terms(at.cols(), (max_x + 1) * (max_y + 1));
   Index count = 0;
-  for (int a = 0; a <= max_x; ++a)
-    for (int b = 0; b <= max_y; ++b) {
-      if (a + b > degree) continue;
-      terms.col(count++) =
-          (at.row(0).array().pow(a) * at.row(1).array().pow(b)).matrix().transpose();
+  Eigen::ArrayXd of_x = Eigen::ArrayXd::Ones(at.cols());
+  for (int a = 0; a <= max_x; ++a) {
+    Eigen::ArrayXd term = of_x;
+    for (int b = 0; b <= std::min(max_y, degree - a); ++b) {
+      terms.col(count++) = term;
+      term *= at.row(1).transpose().array();
     }
+    of_x *= at.row(0).transpose().array();
+  }
   return terms.leftCols(count);
 }
 

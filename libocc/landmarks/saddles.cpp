@@ -41,6 +41,15 @@ struct SaddleMaximum {
   int x, y;
 };
 
+constexpr int block = 32;
+
+/// True if one of the pixels of a block has a larger response.
+bool has_larger(const float* responses, float limit) {
+  int larger = 0;
+  for (int k = 0; k < block; ++k) larger |= responses[k] > limit;
+  return larger != 0;
+}
+
 /// Local maxima of R above the threshold of the noise.
 std::vector<SaddleMaximum> saddle_maxima(const GreyLevel& level) {
   // I_xy of a sharp corner with a contrast of 3 grey levels, the rounding of 8 bits included;
@@ -58,14 +67,18 @@ std::vector<SaddleMaximum> saddle_maxima(const GreyLevel& level) {
     respond(level.row(y - 1), level.row(y), level.row(y + 1), width, kept_row(y));
     if (y < 5) continue;
     const float *above = kept_row(y - 2), *here = kept_row(y - 1), *below = kept_row(y);
-    for (int x = 4; x < width - 4; ++x) {
-      const float r = here[x];
-      if (!(r > min_response)) continue;
-      // A plateau counts once, at its last pixel.
-      const bool is_maximum = r >= here[x - 1] && r > here[x + 1] && r >= above[x - 1] &&
-                              r >= above[x] && r >= above[x + 1] && r > below[x - 1] &&
-                              r > below[x] && r > below[x + 1];
-      if (is_maximum) maxima.push_back({r, x, y - 1});
+    for (int x0 = 4; x0 < width - 4; x0 += block) {
+      const int end = std::min(x0 + block, width - 4);
+      if (end == x0 + block && !has_larger(here + x0, min_response)) continue;
+      for (int x = x0; x < end; ++x) {
+        const float r = here[x];
+        if (!(r > min_response)) continue;
+        // A plateau counts once, at its last pixel.
+        const bool is_maximum = r >= here[x - 1] && r > here[x + 1] && r >= above[x - 1] &&
+                                r >= above[x] && r >= above[x + 1] && r > below[x - 1] &&
+                                r > below[x] && r > below[x + 1];
+        if (is_maximum) maxima.push_back({r, x, y - 1});
+      }
     }
   }
   return maxima;

@@ -43,6 +43,9 @@ struct CornerStart {
 };
 
 constexpr int max_lag_px = 4;  ///< range of the correlation by demosaicing, sharpening and JPEG
+/// No lag, and the lags of half the plane.
+constexpr int lag_count = 1 + max_lag_px + max_lag_px * (2 * max_lag_px + 1);
+using LagSums = std::array<double, lag_count>;
 
 /// Residuals of a window, and the influence of its pixels on the position. Rows are padded with
 /// zeros, so that products of pixels at a lag are those of shifted arrays.
@@ -54,8 +57,8 @@ struct InfluenceRaster {
   void set(int u, int v, double influence_x, double influence_y, double off);
   /// Norms of the influences, scaled to the sum 1.
   std::vector<float> weights() const;
-  /// Sum of a(p) b(p + lag). Lags of dv = 0 and negative du are not supported.
-  double lagged_dot(const std::vector<float>& a, const std::vector<float>& b, int du, int dv) const;
+  /// Sums of a(p) b(p + lag).
+  LagSums lagged_dots(const std::vector<float>& a, const std::vector<float>& b) const;
 };
 
 /// A fitted corner with the residuals of its window.

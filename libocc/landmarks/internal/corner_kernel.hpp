@@ -32,7 +32,7 @@ struct CornerWindow {
 /// overshoot, and then measured - model: 13 rows of `count` values.
 void evaluate_corner(const CornerParameters& parameters, const CornerWindow& window, float* rows);
 
-/// Sum of a[i] b[i]; `count` is a multiple of kernel_lanes.
-double lane_dot(const float* a, const float* b, int count);
+/// Sums of a[i] b_k[i] for `dots` rows b_k; `count` is a multiple of kernel_lanes.
+void lane_dots(const float* a, const float* const* b, int dots, int count, double* to);
 
 }  // namespace occ::internal::landmarks
