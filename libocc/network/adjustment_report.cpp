@@ -18,9 +18,9 @@ namespace {
 
 using Eigen::Vector3d;
 
-std::string number(double value) {
+std::string number(double value, int digits = 3) {
   std::ostringstream text;
-  text << std::setprecision(3) << value;
+  text << std::setprecision(digits) << value;
   return text.str();
 }
 
@@ -276,7 +276,7 @@ class Report {
 std::string name_of_distance(const Network& network, int distance) {
   const DistanceObservation& one = network.distances[distance];
   return "distance " + std::to_string(distance) + " (" + network.name_of(one.from) + " to " +
-         network.name_of(one.to) + ", " + number(one.length_m) + " m)";
+         network.name_of(one.to) + ", " + number(one.length_m, 6) + " m)";
 }
 
 std::string name_of_control(const Network& network, int control) {

@@ -162,6 +162,26 @@ bool GrowingMap::is_line() const {
   return are_on_a_line(at);
 }
 
+std::optional<double> GrowingMap::ratio_sigma() const {
+  std::vector<double> sigmas;
+  for (std::size_t i = 0; precision_ && i + 2 < order_.size(); ++i) {
+    const int point = static_cast<int>(i);
+    const Vector3d& middle = map_.lamps[order_[i + 1]].position;
+    const Vector3d to_first = map_.lamps[order_[i]].position - middle;
+    const Vector3d to_last = map_.lamps[order_[i + 2]].position - middle;
+    const Vector3d by_first = to_first / to_first.squaredNorm();
+    const Vector3d by_last = to_last / to_last.squaredNorm();
+    Eigen::Matrix<double, 9, 1> gradient;  // of the logarithm of the ratio
+    gradient << by_first, by_last - by_first, -by_last;
+    const Eigen::MatrixXd joint = precision_->joint(
+        {Target::of_point(point), Target::of_point(point + 1), Target::of_point(point + 2)});
+    const double variance = gradient.dot(joint * gradient);
+    if (std::isfinite(variance)) sigmas.push_back(std::sqrt(std::max(0.0, variance)));
+  }
+  if (sigmas.empty()) return std::nullopt;
+  return median(std::move(sigmas));
+}
+
 bool GrowingMap::shows_a_line() const {
   return std::any_of(map_.placed.begin(), map_.placed.end(), [&](const PlacedPicture& placed) {
     std::vector<Vector3d> at;

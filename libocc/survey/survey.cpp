@@ -32,9 +32,10 @@ using internal::survey::PlacedPicture;
 
 constexpr int min_linked = 4;  // blobs of a picture that determine a pose
 constexpr int min_link_redundancy = 10;
-constexpr int max_starts = 6;       // first pictures that are tried; the largest map is kept
-constexpr int max_lone_starts = 3;  // if no picture joins them: in a grid, none ever does
-constexpr int max_rounds = 6;       // of adjustment and further matches; two suffice for most rooms
+constexpr int max_starts = 6;             // first pictures that are tried; the largest map is kept
+constexpr int max_lone_starts = 3;        // if no picture joins them: in a grid, none ever does
+constexpr double max_ratio_sigma = 5e-3;  // of distances; most maps have a tenth of it
+constexpr int max_rounds = 6;  // of adjustment and further matches; two suffice for most rooms
 
 std::string percent(double relative) {
   std::ostringstream text;
@@ -187,6 +188,9 @@ class SurveyRun {
     move_to_origin();
     Result<Adjustment> adjusted = adjust_with_rims();
     if (!adjusted.ok()) return adjusted;
+    if (const auto sigma = growing_.ratio_sigma(); sigma && *sigma > max_ratio_sigma)
+      warnings_.push_back("distances between the lamps are known to " + percent(*sigma) +
+                          " only, apart from the scale: take pictures from further places");
     // The adjustment has changed a scale that it does not observe.
     if (scale_source_ == SurveyScale::free || scale_source_ == SurveyScale::radius) {
       Similarity similarity;
@@ -232,10 +236,12 @@ class SurveyRun {
     Result<Adjustment> adjusted = growing_.adjust_all(known_lengths());
     if (adjusted.ok()) adjusted = growing_.adjust_all(known_lengths());
     if (adjusted.ok()) return adjusted;
-    warnings_.push_back("the rims of the lamps are not used, only their centres: " +
-                        adjusted.message);
+    const std::string reason = adjusted.message;
     growing_.set_rims(false);
-    return growing_.adjust_all(known_lengths());
+    adjusted = growing_.adjust_all(known_lengths());
+    if (adjusted.ok())
+      warnings_.push_back("the rims of the lamps are not used, only their centres: " + reason);
+    return adjusted;
   }
 
   double distance(const LampDistance& measured) const {
@@ -357,7 +363,7 @@ Result<Survey> SurveyRun::result_of(const Result<Adjustment>& adjusted) {
   Result<Survey> result;
   result.status = adjusted.status;
   result.message = adjusted.message;
-  if (!adjusted.ok())
+  if (!adjusted.ok() && adjusted.status != Status::ambiguous)  // that of distances names them
     result.message = std::to_string(growing_.placed()) + " of " + std::to_string(pictures_.size()) +
                      " pictures match, and do not determine a map: " + adjusted.message +
                      "; take more pictures that overlap";
@@ -454,13 +460,6 @@ void SurveyRun::note_rejections(Survey& survey) const {
     survey.omissions.push_back({pictures_[picture].name, static_cast<int>(blob - lamps.begin()),
                                 network.name_of(observation.target) +
                                     " contradicts the other pictures (" + rejected.reason + ")"});
-  }
-  for (const RejectedDistance& rejected : survey.adjustment.rejected_distances) {
-    const LampDistance& measured = options_.distances[rejected.distance];
-    std::ostringstream text;
-    text << "the distance of " << measured.length_m << " m from lamp " << measured.from
-         << " to lamp " << measured.to << " contradicts the others and is not used";
-    survey.warnings.push_back(text.str());
   }
   for (const std::string& warning : survey.adjustment.warnings) survey.warnings.push_back(warning);
 }

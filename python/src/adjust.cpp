@@ -72,7 +72,7 @@ void define_adjustment(py::module_& m) {
       .def_readonly("distance", &RejectedDistance::distance, "Index of the distance.")
       .def_readonly("normalised", &RejectedDistance::normalised, "Residual over its sigma.")
       .def_readonly("residual_m", &RejectedDistance::residual_m, "Measured minus adjusted length.")
-      .def_readonly("name", &RejectedDistance::name, "\"distance 2 (p21 to p33, 2 m)\".");
+      .def_readonly("name", &RejectedDistance::name, "\"distance 2 (p21 to p33, 2.002 m)\".");
   ResultClass<RejectedControl>(m, "RejectedControl", "Control point rejected as a gross error.")
       .def_readonly("control", &RejectedControl::control, "Index of the control point.")
       .def_readonly("normalised", &RejectedControl::normalised,

@@ -47,6 +47,15 @@ def matching(scene, room):
     return best, made, true[list(best)]
 
 
+def matching_up_to_scale(scene, room):
+    """matching() of a map with a free scale."""
+    made, true = ([lamp.centre_m for lamp in one.lamps] for one in (scene, room))
+    factor = np.ptp(np.linalg.norm(np.subtract(true, np.mean(true, axis=0)), axis=1)) / np.ptp(
+        np.linalg.norm(np.subtract(made, np.mean(made, axis=0)), axis=1))
+    lamps = [lamp.replace(centre_m=factor * np.array(lamp.centre_m)) for lamp in scene.lamps]
+    return matching(scene.replace(lamps=lamps), room)
+
+
 def test_a_survey_has_all_lamps_and_their_errors(surveyed, room):
     assert surveyed.ok, surveyed.message
     scene = occ.surveying.scene_of(surveyed, room.camera, room.sensor)
@@ -137,6 +146,25 @@ def test_the_command_writes_the_whole_folder(libocc, pictures, tmp_path):
     assert data["scale"] == "radius" and len(data["lamps"]) == 6 and len(data["pictures"]) == 5
     assert len(occ.Scene.load(out / "scene.yaml").lamps) == 6
     assert len(occ.Trajectory.load(out / "trajectory.tum").times_s) == 5
+
+
+def test_a_wrong_distance_is_named_once(libocc, room, pictures, tmp_path):
+    def survey(out, *options):
+        return libocc("survey", *pictures, "--camera", "irregular_six", *options, "--out", tmp_path / out)
+
+    assert survey("free")[0] == 0
+    scene = occ.Scene.load(tmp_path / "free" / "scene.yaml")
+    _, _, true = matching_up_to_scale(scene, room)
+    distances = [("--distance", f"lamp {a}", f"lamp {b}", float(np.linalg.norm(true[a] - true[b])), 0.001)
+                 for a, b in ((0, 1), (0, 2), (1, 3), (2, 4))]
+    wrong = (*distances[0][:3], distances[0][3] + 0.05, 0.001)
+    code, text, errors = survey("three", *wrong, *(value for one in distances[1:] for value in one))
+    assert code == 0, errors
+    warnings = json.loads((tmp_path / "three" / "result.json").read_text())["warnings"]
+    assert len(warnings) == 1 and warnings[0].startswith("distance 0 (lamp 0 to lamp 1, ")
+    assert f"{wrong[3]:.6g} m) is rejected" in warnings[0]
+    code, text, errors = survey("two", *wrong, *distances[1])
+    assert code == 1 and errors.startswith("ambiguous: distance ") and errors.strip().endswith("check both")
 
 
 def test_the_camera_is_calibrated_along(libocc, room, pictures, tmp_path):

@@ -251,9 +251,37 @@ TEST(Survey, NamesADistanceThatContradictsTheOthers) {
   options.distances[1].length_m += 0.1;
   const auto found = survey(pictures_of(made), scene.camera, options);
   ASSERT_TRUE(found.ok()) << found.message;
-  ASSERT_FALSE(found->warnings.empty());
-  EXPECT_NE(found->warnings[0].find("from lamp 0 to lamp 2 contradicts"), std::string::npos);
+  ASSERT_EQ(found->warnings.size(), 1u);
+  EXPECT_EQ(found->warnings[0].rfind("distance 1 (lamp 0 to lamp 2, ", 0), 0u);
+  EXPECT_NE(found->warnings[0].find("is rejected"), std::string::npos);
   EXPECT_LT(worst_distance_m(*found, scene, truth), 2e-3);
+  // Either of two distances may be wrong.
+  options.distances.resize(2);
+  const auto undecided = survey(pictures_of(made), scene.camera, options);
+  EXPECT_EQ(undecided.status, Status::ambiguous);
+  EXPECT_EQ(undecided.message.rfind("distance ", 0), 0u);
+  EXPECT_NE(undecided.message.find("either may be wrong; check both"), std::string::npos);
+  EXPECT_TRUE(undecided->warnings.empty());
+}
+
+TEST(Survey, WarnsOfPicturesFromNearlyOnePlace) {
+  const Scene scene = uneven_room();
+  const auto warns = [&](double step_m) {
+    Random random(2);
+    std::vector<MadePicture> made;
+    for (int i = 0; i < 6; ++i)
+      made.push_back(make_picture(scene,
+                                  look_at({1.7 + step_m * i, 1.9, 0.3}, {1.75, 1.9, 2.7},
+                                          {std::cos(0.5 * i), std::sin(0.5 * i), 0}),
+                                  "picture " + std::to_string(i), 0.03, random));
+    const auto found = survey(pictures_of(made), scene.camera);
+    EXPECT_TRUE(found.ok()) << found.message;
+    return std::any_of(found->warnings.begin(), found->warnings.end(), [](const std::string& text) {
+      return text.find("take pictures from further places") != std::string::npos;
+    });
+  };
+  EXPECT_TRUE(warns(0.01));
+  EXPECT_FALSE(warns(0.15));
 }
 
 TEST(Survey, WarnsOfACameraThatIsNotThatOfThePictures) {

@@ -88,6 +88,9 @@ class GrowingMap {
   const LampMap& map() const { return map_; }
   /// True if all lamps are on one line, about which only their rims determine the rotation.
   bool is_line() const;
+  /// Relative standard deviation of the ratio of two distances, after an adjustment: median over
+  /// three lamps each. Nothing for two lamps.
+  std::optional<double> ratio_sigma() const;
   /// Lamps that two pictures show, in the order of the pictures: the points of the network.
   const std::vector<int>& order() const { return order_; }
   /// Point of the network for each lamp of the map; -1: fewer than two pictures show it.

@@ -77,7 +77,7 @@ def calibrate(
         network = network.copy()
         network.set_camera(0, before, network.free_parameters[0])
     found = calibration_of(network, adjusted, datum, time.monotonic() - begun, checks)
-    found.notes.extend(notes)
+    found.notes.extend(note for note in notes if note not in adjusted.warnings)
     return found, chosen
 
 
