@@ -84,6 +84,24 @@ def test_a_folder_of_one_aicon_network_is_read(tmp_path: Path) -> None:
         import_network(tmp_path)
 
 
+def test_the_one_network_of_a_folder_is_adjusted(libocc, tmp_path: Path) -> None:
+    folder = tmp_path / "job"
+    folder.mkdir()
+    script = write_dbat(folder)
+    assert occ.network.importing.source_of(folder) == (script, "dbat")
+    code, text, errors = libocc("calibrate", "network", folder, "--sigma-px", 0.2, "--out", "one")
+    assert code == 0, errors
+    assert occ.network.import_network(folder, sigma_px=0.2).network.observations[0][6] == 0.2
+    (folder / "again.xml").write_bytes(script.read_bytes())
+    code, text, errors = libocc("calibrate", "network", folder, "--out", "two")
+    assert code == 2 and "has several networks: again.xml (dbat), " in errors and "give one of them" in errors
+    (tmp_path / "empty").mkdir()
+    code, text, errors = libocc("calibrate", "network", tmp_path / "empty", "--out", "none")
+    assert code == 2 and "is a folder without a network of aicon, colmap, kalibr" in errors
+    code, text, errors = libocc("calibrate", "network", "panorama", "--sigma-px", 0.2, "--out", "own")
+    assert code == 2 and "--sigma-px: is used with networks of other programs only" in errors
+
+
 def test_a_missing_file_of_aicon_is_named(tmp_path: Path) -> None:
     path = write_aicon(tmp_path, aicon_files())
     (tmp_path / "job.obc").unlink()

@@ -27,13 +27,30 @@ FORMATS: dict[str, tuple[Callable[[Path], bool], Callable[..., Imported]]] = {
 }
 
 
-def format_of(path: str | Path) -> str | None:
-    """Name of the other program's format, or None. Raises: OSError."""
+def source_of(path: str | Path) -> tuple[Path, str | None]:
+    """The path, or the one file of a folder, that is in one of the formats, and the format's name or None.
+
+    Raises: OSError; ValueError if several files of the folder are.
+    """
     path = Path(path)
     for name, (detects, _) in FORMATS.items():
         if detects(path):
-            return name
-    return None
+            return path, name
+    if not path.is_dir():
+        return path, None
+    found = [
+        (file, name) for file in sorted(path.iterdir()) if file.is_file()
+        for name in ("kalibr", "dbat", "photomodeler", "bal") if FORMATS[name][0](file)
+    ]
+    if len(found) > 1:
+        names = ", ".join(f"{file.name} ({name})" for file, name in found)
+        raise ValueError(f"{path}: has several networks: {names}; give one of them")
+    return found[0] if found else (path, None)
+
+
+def format_of(path: str | Path) -> str | None:
+    """Name of the other program's format, or None; of a folder, that of its one network. Raises: as source_of()."""
+    return source_of(path)[1]
 
 
 def import_network(
@@ -43,14 +60,13 @@ def import_network(
     """Reads a network of another program; the format follows from names and first lines.
 
     path: one of AICON's files or their folder, PhotoModeler's text export, DBAT's script, COLMAP's folder, BAL's
-    problem, or Kalibr's camchain.yaml.
+    problem, Kalibr's camchain.yaml, or a folder with one of them.
     control: control points for PhotoModeler's export (DBAT's table: id, label, x, y, z and sigmas).
     target: file of a target for Kalibr's camchain.yaml; it becomes a fixed body.
     sigma_px: standard deviation of all image points, in place of those of the files.
     Raises: OSError; ValueError naming file, line, field and value.
     """
-    path = Path(path)
-    name = format_of(path)
+    path, name = source_of(path)
     if name is None:
         raise ValueError(f"{path}: is in none of the formats {', '.join(FORMATS)}")
     options: dict[str, object] = {}
