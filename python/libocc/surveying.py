@@ -31,6 +31,7 @@ from ._core import (
     SurveyedLamp,
     SurveyOmission,
     SurveyScale,
+    Tag,
     Target,
     precision,
     survey,
@@ -112,14 +113,32 @@ def joint_covariance_m2(found: Survey, known: Precision, ids: Sequence[int]) -> 
     return np.asarray(joint + np.einsum("ia,jb->ijab", arms, arms))
 
 
+def tags_of(found: Survey, known: Precision, family: str = "tag36h11") -> list[Tag]:
+    """Tags of the survey whose pose is determined."""
+    network = found.network
+    tags = []
+    bodies = zip(network.body_names, network.body_corners_m, network.body_poses, network.body_scales)
+    for k, (name, corners_m, pose, scale) in enumerate(bodies):
+        if not np.isfinite(known.body(k)).all():
+            continue
+        axes = np.asarray(pose)[:3, :3]
+        tags.append(Tag(
+            id=int(name.removeprefix("tag ")), family=family, centre_m=np.asarray(pose)[:3, 3], normal=axes[:, 2],
+            x_axis=axes[:, 0], size_m=float(scale * np.linalg.norm(np.subtract(corners_m[1], corners_m[0]))),
+        ))
+    return tags
+
+
 def scene_of(
-    found: Survey, camera: Camera, sensor: Sensor | None = None, code: Code | None = None
+    found: Survey, camera: Camera, sensor: Sensor | None = None, code: Code | None = None,
+    tag_family: str = "tag36h11",
 ) -> Scene:
     """Scene of a survey that is ok: its lamps with the standard deviations of their positions and shared errors.
 
     camera: Survey.camera, which has the estimated parameters if there are any, or another camera for other pictures.
-    code: that of the ids which the lamps transmit (SurveyedLamp.code_id). Lamps whose position is not determined are
-    left out. `assumed` of the scene states the frame and the scale.
+    code: that of the ids which the lamps transmit (SurveyedLamp.code_id). tag_family: that of the AprilTags, which
+    count as exact in a scene. Lamps whose position is not determined are left out. `assumed` of the scene states the
+    frame and the scale.
     """
     known = known_precision(found)
     ids = [i for i, covariance in enumerate(known.points()) if np.isfinite(covariance).all()]
@@ -135,7 +154,9 @@ def scene_of(
         lamps.append(surveyed.lamp.replace(
             position_sigma_m=sigmas_m[row], shared_errors_m=list(errors_m[:, row]), power_sigma=POWER_SIGMA, **transmits
         ))
-    scene = Scene(camera=camera, lamps=lamps, sensor=sensor, map_scale_sigma=scale_sigma)
+    scene = Scene(
+        camera=camera, lamps=lamps, sensor=sensor, map_scale_sigma=scale_sigma, tags=tags_of(found, known, tag_family)
+    )
     return Scene.parse(scene.format() + "assumed:\n" + "".join(f"  - '{note}'\n" for note in assumptions_of(found)))
 
 
@@ -152,10 +173,11 @@ def assumptions_of(found: Survey) -> list[str]:
     tilt = "which need not be vertical"
     if found.inertial is not None:
         tilt = f"{np.degrees(np.arccos(np.clip(-found.inertial.down[2], -1, 1))):.2f} deg from the vertical"
-    return [
+    notes = [
         scale, f"the z axis is the mean normal of the lamps, {tilt}",
         "the powers of the lamps are relative: their mean is 1 W",
     ]
+    return [*notes, "the tags count as exact"] if found.network.body_names else notes
 
 
 def updated_scene(update: MapUpdate, scene: Scene) -> Scene:

@@ -109,7 +109,8 @@ void define_map_update(py::module_& m) {
   const std::string doc =
       "Compares a map of lamps with new pictures by the scene's camera.\n\n"
       "pictures: (name, blobs) of each. prior: of the first picture's camera; it decides between\n"
-      "several ways to link the pictures to a regular map. tracks, times_s: as for survey().\n"
+      "several ways to link the pictures to a regular map. tags: AprilTags of each picture, which\n"
+      "link pictures; their sizes are not used. tracks, times_s: as for survey().\n"
       "progress(stage, done, total): called often; False stops it.\n"
       "Returns: MapUpdate; status too_few_lamps, ambiguous, no_pose, or as survey().\n"
       "Raises: ValueError for an invalid option or scene." +
@@ -117,17 +118,17 @@ void define_map_update(py::module_& m) {
   define_function(
       m, "update_map", fields,
       [](UpdateOptions options, const SurveyBlobs& pictures, const Scene& scene,
-         const std::optional<Prior>& prior, const SurveyTracks& tracks, const SurveyTimes& times_s,
-         const py::object& progress) {
-        const std::vector<SurveyPicture> all = survey_pictures(pictures, tracks, times_s);
+         const std::optional<Prior>& prior, const SurveyTags& tags, const SurveyTracks& tracks,
+         const SurveyTimes& times_s, const py::object& progress) {
+        const std::vector<SurveyPicture> all = survey_pictures(pictures, tags, tracks, times_s);
         options.prior = prior;
         const SurveyCallback callback = survey_callback(progress);
         py::gil_scoped_release unlocked;
         return update_map(all, scene, options, callback);
       },
       py::arg("pictures"), py::arg("scene"), py::arg("prior") = py::none(), py::kw_only(),
-      py::arg_v("tracks", SurveyTracks{}, "[]"), py::arg_v("times_s", SurveyTimes{}, "[]"),
-      py::arg("progress") = py::none(), doc.c_str());
+      py::arg_v("tags", SurveyTags{}, "[]"), py::arg_v("tracks", SurveyTracks{}, "[]"),
+      py::arg_v("times_s", SurveyTimes{}, "[]"), py::arg("progress") = py::none(), doc.c_str());
 }
 
 }  // namespace occ::python

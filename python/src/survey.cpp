@@ -11,7 +11,6 @@ namespace occ::python {
 namespace {
 
 using Surveyed = Result<Survey>;
-using Tags = std::vector<std::vector<AprilTag>>;
 using Places = std::vector<std::optional<Eigen::Vector3d>>;
 using ImuRows = Eigen::Matrix<double, Eigen::Dynamic, 7>;
 using Distances = std::vector<std::tuple<int, int, double, double>>;
@@ -181,13 +180,10 @@ void define_survey(py::module_& m) {
   define_function(
       m, "survey", fields,
       [](SurveyOptions options, const SurveyBlobs& pictures, const Camera& camera,
-         const Distances& distances, const Tags& tags, const SurveyTracks& tracks,
+         const Distances& distances, const SurveyTags& tags, const SurveyTracks& tracks,
          const SurveyTimes& times_s, const Places& odometry_m, const ImuRows& imu,
          const py::object& progress) {
-        std::vector<SurveyPicture> all = survey_pictures(pictures, tracks, times_s);
-        require(tags.empty() || tags.size() == all.size(), "tags", tags.size(),
-                "one list for each picture");
-        for (std::size_t i = 0; i < tags.size(); ++i) all[i].tags = tags[i];
+        std::vector<SurveyPicture> all = survey_pictures(pictures, tags, tracks, times_s);
         for (const auto& [from, to, length_m, sigma_m] : distances)
           options.distances.push_back({from, to, length_m, sigma_m});
         require(odometry_m.empty() || odometry_m.size() == all.size(), "odometry_m",
@@ -200,7 +196,7 @@ void define_survey(py::module_& m) {
         return survey(all, camera, options, callback);
       },
       py::arg("pictures"), py::arg("camera"), py::kw_only(),
-      py::arg_v("distances", Distances{}, "[]"), py::arg_v("tags", Tags{}, "[]"),
+      py::arg_v("distances", Distances{}, "[]"), py::arg_v("tags", SurveyTags{}, "[]"),
       py::arg_v("tracks", SurveyTracks{}, "[]"), py::arg_v("times_s", SurveyTimes{}, "[]"),
       py::arg_v("odometry_m", Places{}, "[]"), py::arg_v("imu", ImuRows(0, 7), "zeros((0, 7))"),
       py::arg("progress") = py::none(), doc.c_str());

@@ -16,6 +16,7 @@
 namespace occ::python {
 
 using SurveyBlobs = std::vector<std::pair<std::string, std::vector<Blob>>>;  ///< (name, blobs)
+using SurveyTags = std::vector<std::vector<AprilTag>>;
 using SurveyTracks = std::vector<std::vector<int>>;
 using SurveyTimes = std::vector<std::optional<double>>;
 
@@ -44,12 +45,16 @@ inline auto survey_thread_fields() {
       field("threads", &SurveyOptions::threads, "at least 1; any number gives the same bits"));
 }
 
-/// Raises ValueError unless there are no tracks or times, or an entry for each picture.
+/// Raises ValueError unless there are no tags, tracks or times, or an entry for each picture.
 inline std::vector<SurveyPicture> survey_pictures(const SurveyBlobs& pictures,
+                                                  const SurveyTags& tags,
                                                   const SurveyTracks& tracks,
                                                   const SurveyTimes& times_s) {
   std::vector<SurveyPicture> all;
   for (const auto& [name, blobs] : pictures) all.push_back({name, blobs});
+  require(tags.empty() || tags.size() == all.size(), "tags", tags.size(),
+          "one list for each picture");
+  for (std::size_t i = 0; i < tags.size(); ++i) all[i].tags = tags[i];
   require(tracks.empty() || tracks.size() == all.size(), "tracks", tracks.size(),
           "one list for each picture");
   for (std::size_t i = 0; i < tracks.size(); ++i) all[i].tracks = tracks[i];

@@ -83,7 +83,8 @@ def lamp_number(name: str) -> int:
               help="Relative error of --radius, sigma.")
 @click.option("--tag-size", "tag_size_m", type=click.FloatRange(0, min_open=True), metavar="M",
               help="Side of the black square of AprilTags in the pictures, for the scale.")
-@click.option("--family", default="tag36h11", show_default=True, help="Family of the tags.")
+@click.option("--family", default="tag36h11", show_default=True,
+              help="Family of the tags. With --update, the tags of the map link the pictures.")
 @click.option("--odometry", metavar="FILE.tum",
               help="Poses of the camera by odometry at the times of the frames, for the scale.")
 @click.option("--odometry-sigma", type=click.FloatRange(0, 1, min_open=True), default=0.01, show_default=True,
@@ -154,7 +155,7 @@ def command(
         options: dict[str, Any] = {"map_sigma_m": map_sigma_m, "max_move_m": max_move_m}
         run_update(
             ctx, sources, camera_path, map_path, given(prior), {k: v for k, v in options.items() if v is not None},
-            ordered, max_pictures, fps, row_time_s, code_kind, topic, threshold_dn, out, as_json,
+            family, ordered, max_pictures, fps, row_time_s, code_kind, topic, threshold_dn, out, as_json,
         )
         return
     if camera_path is None:
@@ -213,7 +214,7 @@ def command(
             "distances": [list(d) for d in distances], "odometry": odometry, "imu": imu,
             **options,
         })
-        data, scene = write_survey(folder, found, sensor, code, pictures)
+        data, scene = write_survey(folder, found, sensor, code, family, pictures)
     if as_json:
         print_json(data)
     elif scene is not None:
@@ -229,8 +230,9 @@ def command(
 
 def run_update(
     ctx: click.Context, sources: tuple[str, ...], camera_path: str | None, map_path: str, prior: occ.Prior | None,
-    options: dict[str, Any], ordered: bool, max_pictures: int, fps: float | None, row_time_s: float | None,
-    code_kind: str | None, topic: str | None, threshold_dn: Threshold, out: str, as_json: bool,
+    options: dict[str, Any], family: str | None, ordered: bool, max_pictures: int, fps: float | None,
+    row_time_s: float | None, code_kind: str | None, topic: str | None, threshold_dn: Threshold, out: str,
+    as_json: bool,
 ) -> None:
     """Compares a map with the pictures, and writes the folder."""
     with error_context(map_path):
@@ -246,7 +248,10 @@ def run_update(
 
     recording = is_recording(sources, fps)
     code = None if code_kind is None else code_of(code_kind, scene, recording)
-    detector = Detector(scene.camera, scene.sensor, threshold_dn, None)
+    families = sorted({tag.family for tag in scene.tags})
+    if family not in families:
+        family = families[0] if families else None
+    detector = Detector(scene.camera, scene.sensor, threshold_dn, family)
     pictures = read_pictures(sources, detector, ordered, max_pictures, fps, topic)
     if code is not None:
         lamp_of_id = {lamp.code.id: lamp.id for lamp in scene.lamps if lamp.code is not None}
@@ -259,7 +264,8 @@ def run_update(
     def updated() -> occ.surveying.MapUpdate:
         with survey_status() as show, error_context(map_path):
             return occ.surveying.update_map(
-                pictures.blobs, scene, prior, tracks=pictures.tracks, times_s=pictures.times_s, progress=show, **options
+                pictures.blobs, scene, prior, tags=pictures.tags, tracks=pictures.tracks, times_s=pictures.times_s,
+                progress=show, **options,
             )
 
     found = updated()

@@ -146,7 +146,7 @@ def plan_png(found: Survey, scene: Scene, ordered: bool) -> bytes:
 
 
 def write_survey(
-    folder: ResultFolder, found: Survey, sensor: Sensor | None, code: Code | None, pictures: Pictures,
+    folder: ResultFolder, found: Survey, sensor: Sensor | None, code: Code | None, tag_family: str, pictures: Pictures,
 ) -> tuple[dict[str, Any], Scene | None]:
     """Writes all files; returns the data of result.json, and the scene if the survey is ok."""
     if not found.ok:
@@ -159,7 +159,7 @@ def write_survey(
     from ..._core import Datum
     from ..calibration.run import calibrate, write
 
-    scene = scene_of(found, found.camera, sensor, code)
+    scene = scene_of(found, found.camera, sensor, code, tag_family)
     png = plan_png(found, scene, pictures.ordered)
     adjusted, _ = calibrate(found.network_with_all_observations, Datum(), notes=pictures.notes + found.warnings)
     data = write(
