@@ -61,15 +61,9 @@ class Adjuster {
     for (std::vector<WeakStation> weak = weak_stations(network(), layout_); !weak.empty();
          weak = weak_stations(network(), layout_)) {
       if (weak.size() == count_observing_stations(network(), layout_)) return;  // nothing remains
-      for (const WeakStation& one : weak) {
-        reasons_[{LeftOut::Kind::station, one.station}] =
-            "keeps only " + std::to_string(one.targets) +
-            " targets that others observe too; three are needed";
-        for (ImageObservation& observation : network().observations)
-          if (network().images[observation.image].station == one.station) observation.used = false;
-      }
-      cost_.reset();
-      update_layout();
+      for (const WeakStation& one : weak)
+        leave_out(one.station, "keeps only " + std::to_string(one.targets) +
+                                   " targets that others observe too; three are needed");
     }
   }
 
@@ -180,6 +174,7 @@ class Adjuster {
     for (std::size_t i = 0; i < lengths.size(); ++i)
       if (lengths[i] > Loss::tukey * scale) reject_for(static_cast<int>(i), lengths[i], "robust");
     update_layout();
+    leave_out_undetermined_stations();  // least squares would converge slowly, if at all
     return check_data();
   }
 
@@ -242,13 +237,23 @@ class Adjuster {
     for (int round = 0; round < rounds; ++round) {
       const Minimised minimised = stage(name, {}, options_.max_iterations, 0);
       if (stopped(minimised)) return false;
-      if (!minimised.undetermined.empty())
-        return fail(Status::degenerate,
-                    "no observation determines " +
-                        names_of_unknowns(network(), layout_, minimised.undetermined));
       cost_ = minimised.cost;
-      if (minimised.out_of_view == 0 && minimised.singular_groups.empty())
+      const bool is_whole = minimised.out_of_view == 0 && minimised.singular_groups.empty();
+      if (is_whole || !minimised.undetermined.empty()) {
+        std::vector<Index> suspects = minimised.undetermined;
+        if (suspects.empty() && minimised.ending != Ending::converged)
+          suspects = weakest_unknowns();
+        if (leave_out_undetermined_stations(suspects)) {
+          if (!check_data()) return false;
+          --round;  // at most once for each station
+          continue;
+        }
+        if (!minimised.undetermined.empty())
+          return fail(Status::degenerate,
+                      "no observation determines " +
+                          names_of_unknowns(network(), layout_, minimised.undetermined));
         return minimised.ending == Ending::converged || fail_to_converge(minimised);
+      }
       cost_.reset();
       leave_out(minimised.singular_groups);
       const std::vector<double> lengths = residual_lengths();
@@ -258,6 +263,26 @@ class Adjuster {
       if (!check_data()) return false;
     }
     return true;
+  }
+
+  /// Leaves out stations whose targets do not determine their pose; returns whether there are any.
+  /// Such a station would end the adjustment, or its covariance would be wrong.
+  bool leave_out_undetermined_stations(const std::vector<Index>& suspects = {}) {
+    const std::vector<WeakStation> weak = undetermined_stations(network(), layout_, suspects);
+    if (weak.empty() || weak.size() == count_observing_stations(network(), layout_)) return false;
+    for (const WeakStation& one : weak)
+      leave_out(one.station, "has a pose that its " + std::to_string(one.targets) +
+                                 " targets hardly determine: they are on a line, or the camera is "
+                                 "near their danger cylinder");
+    return true;
+  }
+
+  void leave_out(int station, const std::string& reason) {
+    reasons_[{LeftOut::Kind::station, station}] = reason;
+    for (ImageObservation& observation : network().observations)
+      if (network().images[observation.image].station == station) observation.used = false;
+    cost_.reset();
+    update_layout();
   }
 
   /// Excludes points whose rays are parallel.
@@ -277,12 +302,15 @@ class Adjuster {
     text << (minimised.ending == Ending::iterations ? "the maximum number of iterations was reached"
                                                     : "no step decreases the residuals")
          << "; the next step would be " << minimised.step_sigma << " sigma";
+    text << "; least determined: " << names_of_unknowns(network(), layout_, weakest_unknowns());
+    return fail(Status::not_converged, text.str());
+  }
+
+  std::vector<Index> weakest_unknowns() {
     const NetworkState state(network());
     NormalEquations normal;
     build(network(), layout_, state, {}, 0, options_.threads, normal);
-    const ReducedSystem system(normal, reduced_gauge(network(), layout_, state));
-    text << "; least determined: " << names_of_unknowns(network(), layout_, system.weakest());
-    return fail(Status::not_converged, text.str());
+    return ReducedSystem(normal, reduced_gauge(network(), layout_, state)).weakest();
   }
 
   OutlierCandidates outliers() {

@@ -8,6 +8,7 @@
 #include <tuple>
 
 #include "libocc/core/internal/dense.hpp"
+#include "libocc/core/internal/name_list.hpp"
 #include "libocc/core/statistics.hpp"
 #include "libocc/network/datum.hpp"
 #include "libocc/network/internal/network_checks.hpp"
@@ -135,19 +136,24 @@ class Report {
             (after_.of_point[i] == 2 ? ": an error along the rays' plane is not detected"
                                      : ": they may agree by chance"));
       }
+    std::vector<std::string> with_three;
     for (std::size_t i = 0; i < given_.stations.size(); ++i) {
       if (layout_.stations[i] == none) continue;
       const std::string name = name_or(given_.stations[i], "station", i);
       const int before = before_.of_station[i], after = after_.of_station[i];
       if (after == 3)
-        out_.warnings.push_back(name +
-                                " has three image points: their errors are not detected, and "
-                                "another pose may fit them as well");
+        with_three.push_back(name);
       else if (2 * after <= before)
         out_.warnings.push_back(name + " keeps " + std::to_string(after) + " of " +
                                 std::to_string(before) +
                                 " image points: its camera, its targets or its zoom may be others");
     }
+    constexpr std::size_t max_names = 8;
+    if (!with_three.empty())
+      out_.warnings.push_back(
+          "three image points have no redundancy: their errors are not detected, and another pose "
+          "may fit them as well: " +
+          core::name_list(with_three, max_names));
     if (out_.redundancy == 0) out_.warnings.push_back("the redundancy is 0: no error is detected");
   }
 

@@ -2,10 +2,15 @@
 #include "libocc/network/internal/network_checks.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 #include <map>
 #include <numeric>
+#include <utility>
 
+#include "libocc/core/internal/dense.hpp"
 #include "libocc/core/internal/name_list.hpp"
+#include "libocc/network/internal/consensus.hpp"
 
 namespace occ::internal::network {
 
@@ -75,6 +80,8 @@ CheckOutcome check_connected(const Network& network, const NetworkLayout& layout
 
 namespace {
 
+constexpr int min_targets = 3;  // that determine a pose
+
 std::vector<int> count_targets_of_stations(const Network& network, const NetworkLayout& layout) {
   std::vector<int> counts(network.stations.size());
   for (const ImageObservation& observation : network.observations)
@@ -83,17 +90,86 @@ std::vector<int> count_targets_of_stations(const Network& network, const Network
   return counts;
 }
 
+std::vector<char> stations_with_priors(const Network& network) {
+  std::vector<char> has_prior(network.stations.size());
+  for (const PosePrior& prior : network.pose_priors) has_prior[prior.station] = 1;
+  return has_prior;
+}
+
+/// Second-order part of a station's residuals [sigmas] at one standard deviation of its pose in the
+/// direction that they determine least; infinite if they do not determine it. `state` is used as
+/// scratch memory and restored.
+double pose_nonlinearity(const Network& network, const NetworkLayout& layout, NetworkState& state,
+                         int station, const std::vector<int>& observations) {
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  Matrix6 information = Matrix6::Zero();
+  for (const int i : observations) {
+    ObservationRows rows;
+    if (!rows_of(network, layout, state, network.observations[i], rows)) return infinity;
+    const int column = layout.images[network.observations[i].image].station_column;
+    for (const auto& row : rows.a) {
+      const Eigen::Map<const Vector6> a(row + column);
+      information += a * a.transpose();
+    }
+  }
+  const Vector6 scale = information.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+  const Matrix6 scaled = scale.asDiagonal() * information * scale.asDiagonal();
+  const auto eigen = core::symmetric_eigen<Matrix6>(scaled);
+  constexpr double singular = 1e-13;
+  if (!(eigen.eigenvalues()[0] > singular)) return infinity;
+  const Vector6 step =
+      scale.cwiseProduct(eigen.eigenvectors().col(0)) / std::sqrt(eigen.eigenvalues()[0]);
+  Eigen::VectorXd second_order = Eigen::VectorXd::Zero(2 * static_cast<Index>(observations.size()));
+  const Rigid3 pose = state.stations[station];
+  bool in_view = true;
+  for (const auto& [side, factor] : {std::pair(1., 0.5), std::pair(-1., 0.5), std::pair(0., -1.)}) {
+    state.stations[station] = perturb(pose, side * step);
+    Index row = 0;
+    for (const int i : observations) {
+      double r[2] = {0, 0};
+      in_view = in_view && residual_of(network, state, network.observations[i], r);
+      for (const double value : r) second_order[row++] += factor * value;
+    }
+  }
+  state.stations[station] = pose;
+  return in_view ? second_order.norm() : infinity;
+}
+
 }  // namespace
 
 std::vector<WeakStation> weak_stations(const Network& network, const NetworkLayout& layout) {
-  constexpr int min_targets = 3;
-  std::vector<char> has_prior(network.stations.size());
-  for (const PosePrior& prior : network.pose_priors) has_prior[prior.station] = 1;
+  const std::vector<char> has_prior = stations_with_priors(network);
   const std::vector<int> counts = count_targets_of_stations(network, layout);
   std::vector<WeakStation> weak;
   for (std::size_t i = 0; i < counts.size(); ++i)
     if (layout.stations[i] != none && !has_prior[i] && counts[i] > 0 && counts[i] < min_targets)
       weak.push_back({static_cast<int>(i), counts[i]});
+  return weak;
+}
+
+std::vector<WeakStation> undetermined_stations(const Network& network, const NetworkLayout& layout,
+                                               const std::vector<Index>& suspects) {
+  // With x sigmas of second order, another pose fits as well about 1 / x standard deviations away.
+  constexpr double max_nonlinearity = 0.15;
+  const std::vector<char> has_prior = stations_with_priors(network);
+  std::vector<char> has_outlines(network.stations.size());
+  for (const OutlineObservation& outline : network.outlines)
+    if (network.observations[outline.observation].used)
+      has_outlines[network.images[network.observations[outline.observation].image].station] = 1;
+  NetworkState state(network);
+  const std::vector<std::vector<int>> observations = observations_of_stations(network, layout);
+  std::vector<WeakStation> weak;
+  for (std::size_t i = 0; i < observations.size(); ++i) {
+    const int count = static_cast<int>(observations[i].size());
+    const Index offset = layout.stations[i];
+    if (count < min_targets || has_prior[i] || has_outlines[i]) continue;
+    const bool is_suspect = std::any_of(suspects.begin(), suspects.end(),
+                                        [&](Index k) { return k >= offset && k < offset + 6; });
+    if (count > min_targets && !is_suspect) continue;
+    const int station = static_cast<int>(i);
+    if (!(pose_nonlinearity(network, layout, state, station, observations[i]) < max_nonlinearity))
+      weak.push_back({station, count});
+  }
   return weak;
 }
 

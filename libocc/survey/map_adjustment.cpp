@@ -326,9 +326,9 @@ std::vector<TimedPose> GrowingMap::timed_poses() const {
   return poses;
 }
 
-int GrowingMap::drop_undetermined(const Adjustment& failed) {
+int GrowingMap::drop_undetermined(const Result<Adjustment>& failed) {
   if (map_.placed.size() < 4) return 0;  // the rest would be no map
-  const Network& network = failed.network;
+  const Network& network = failed->network;
   std::vector<int> used(map_.placed.size(), 0), rays(network.points.size(), 0);
   for (const ImageObservation& observation : network.observations)
     if (observation.used && observation.target.point >= 0) ++rays[observation.target.point];
@@ -337,18 +337,21 @@ int GrowingMap::drop_undetermined(const Adjustment& failed) {
         (observation.target.point < 0 || rays[observation.target.point] >= 2))  // or of a tag
       ++used[observation.image];
   // Without such a picture, those with the fewest lamps are the least determined.
-  const int min_used = std::max(3, 1 + *std::min_element(used.begin(), used.end()));
+  const int fewest = *std::min_element(used.begin(), used.end());
   std::vector<PlacedPicture> kept;
   for (std::size_t i = 0; i < map_.placed.size(); ++i) {
     const int picture = map_.placed[i].picture;
-    if (used[i] >= min_used) {
+    if (used[i] >= std::max(3, 1 + fewest)) {
       place_of_[picture] = static_cast<int>(kept.size());
       kept.push_back(std::move(map_.placed[i]));
       continue;
     }
     place_of_[picture] = -1;
     dropped_[picture] = true;
-    reasons_[picture] = "its lamps contradict the other pictures";
+    reasons_[picture] =
+        used[i] < 3
+            ? "fewer than three of its lamps agree with the other pictures"
+            : "it shows the fewest lamps of a map that is not determined: " + failed.message;
   }
   const int count = static_cast<int>(map_.placed.size() - kept.size());
   map_.placed = std::move(kept);
@@ -418,7 +421,7 @@ Result<Adjustment> GrowingMap::adjust_all(const KnownLengths& lengths) {
 
 Result<Adjustment> GrowingMap::adjust_without_lengths() {
   Result<Adjustment> adjusted = adjust_all();
-  while (!adjusted.ok() && drop_undetermined(*adjusted) > 0) adjusted = adjust_all();
+  while (!adjusted.ok() && drop_undetermined(adjusted) > 0) adjusted = adjust_all();
   return adjusted;
 }
 

@@ -386,6 +386,7 @@ Result<Survey> SurveyRun::result_of(const Result<Adjustment>& adjusted) {
         "(calibrate_camera)");
   for (std::size_t image = 0; image < growing_.map().placed.size(); ++image)
     survey.image_of_picture[growing_.map().placed[image].picture] = static_cast<int>(image);
+  internal::survey::note_left_out(survey);
   std::set<int> ids;
   for (const int lamp : growing_.order()) {
     SurveyedLamp surveyed;

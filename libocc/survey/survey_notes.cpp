@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "libocc/survey/internal/survey_notes.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <sstream>
 
@@ -37,6 +38,15 @@ void note_contradictions(Survey& survey) {
        << " % of the images are rejected; check that the camera's calibration is that of the "
           "pictures, because its errors displace lamps, and take more pictures";
   survey.warnings.push_back(text.str());
+}
+
+void note_left_out(Survey& survey) {
+  for (const LeftOut& one : survey.adjustment.left_out) {
+    if (one.kind != LeftOut::Kind::station) continue;
+    std::replace(survey.image_of_picture.begin(), survey.image_of_picture.end(), one.index, -1);
+    survey.omissions.push_back(
+        {survey.adjustment.network.stations[one.index].name, -1, "it " + one.reason});
+  }
 }
 
 }  // namespace occ::internal::survey

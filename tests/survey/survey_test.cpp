@@ -422,6 +422,44 @@ std::vector<MadePicture> rendered_pictures(const std::string& prefix, Scene& sce
   return made;
 }
 
+// A camera moves along the danger cylinder of the three lamps that it sees. Their rims determine
+// the poses, which the centres alone do not.
+TEST(Survey, KeepsFramesOnADangerCylinder) {
+  const Scene scene = uneven_room();
+  Random random(7);
+  std::vector<MadePicture> made;
+  const int frames = 60, whole = 20;
+  for (int k = 0; k < frames; ++k) {
+    const double turn = 1.7 - 0.03 * std::max(0, k - whole);  // on the circle of lamps 0, 1 and 2
+    const Vector3d on_circle(1.82273 + 1.09327 * std::cos(turn), 0.51364 + 1.09327 * std::sin(turn),
+                             0.3);
+    const Vector3d at = on_circle + Vector3d(0, 0.04, 0) * std::max(0, whole - k);
+    const Rigid3 pose = look_at(at, {1.75, 1.2, 2.7}, {1, 0.01 * k, 0});
+    made.push_back(make_picture(scene, pose, "frame " + std::to_string(k), 0.03, random));
+    if (k < whole) continue;
+    MadePicture& last = made.back();
+    for (std::size_t b = last.lamps.size(); b-- > 0;)
+      if (last.lamps[b] > 2) {
+        last.lamps.erase(last.lamps.begin() + static_cast<std::ptrdiff_t>(b));
+        last.picture.blobs.erase(last.picture.blobs.begin() + static_cast<std::ptrdiff_t>(b));
+      }
+  }
+  SurveyOptions options = with_distance(scene, made);
+  options.ordered = true;
+  const auto found = survey(pictures_of(made), scene.camera, options);
+  ASSERT_TRUE(found.ok()) << found.message;
+  EXPECT_LT(worst_distance_m(*found, scene, truth_of(*found, made)), 3e-3);
+  const Network& network = found->adjustment.network;
+  const Rigid3 first = network.cam_from_world(found->image_of_picture[0]);
+  for (int k = 1; k < frames; ++k) {
+    ASSERT_GE(found->image_of_picture[k], 0) << k;
+    const Rigid3 pose = network.cam_from_world(found->image_of_picture[k]);
+    EXPECT_NEAR((pose.origin_in_source() - first.origin_in_source()).norm(),
+                (made[k].pose.origin_in_source() - made[0].pose.origin_in_source()).norm(), 0.015)
+        << k;
+  }
+}
+
 TEST(Survey, MapsARoomRenderedByAnotherProgram) {
   Scene scene;
   const auto made = rendered_pictures("irregular6", scene);

@@ -49,11 +49,9 @@ class GrowingMap {
   /// Adjusts the placed pictures and the lamps that two of them show; then updates poses,
   /// positions, shapes and covariances of the map. Known lengths are observations if given.
   Result<Adjustment> adjust_all(const KnownLengths& lengths = {});
-  /// Adjusts without known lengths and without the pictures whose lamps are all rejected.
+  /// Adjusts without known lengths and without the pictures that prevent a result; they do not join
+  /// again.
   Result<Adjustment> adjust_without_lengths();
-  /// Removes pictures of which an adjustment rejected so many lamps that fewer than three are left,
-  /// or those with the fewest; they do not join again. Returns their number.
-  int drop_undetermined(const Adjustment& failed);
   /// Takes rejected image points from their lamps, for reassign(): a track may have changed to
   /// another lamp.
   void release_rejected(const Adjustment& adjusted);
@@ -111,6 +109,9 @@ class GrowingMap {
   void clear();
   /// Removes the candidates that contradict the ids of views.
   void limit_by_codes(int picture, MatchCandidates& candidates) const;
+  /// Removes pictures of which an adjustment rejected so many lamps that fewer than three are left,
+  /// or those with the fewest. Returns their number.
+  int drop_undetermined(const Result<Adjustment>& failed);
   std::vector<MapMatch> without_fast_motions(int picture, std::vector<MapMatch> matches) const;
   void report(const SurveyProgress& state) const;  // throws SurveyStopped
   int placed_neighbour(int picture) const;
