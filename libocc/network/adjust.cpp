@@ -55,20 +55,11 @@ class Adjuster {
     return false;
   }
 
-  /// Leaves out stations that observe too few targets, which may leave targets with one image and
-  /// thus further stations with too few of them.
-  void leave_out_weak_stations() {
-    for (std::vector<WeakStation> weak = weak_stations(network(), layout_); !weak.empty();
-         weak = weak_stations(network(), layout_)) {
-      if (weak.size() == count_observing_stations(network(), layout_)) return;  // nothing remains
-      for (const WeakStation& one : weak)
-        leave_out(one.station, "keeps only " + std::to_string(one.targets) +
-                                   " targets that others observe too; three are needed");
-    }
-  }
-
   bool check_data() {
-    leave_out_weak_stations();
+    // Without a station, targets may keep one image and thus further stations too few targets.
+    while (leave_out(weak_stations(network(), layout_), "keeps only ",
+                     " targets that others observe too; three are needed"))
+      continue;
     const CheckOutcome check = check_solvable(network(), layout_);
     if (check.status != Status::ok) return fail(check.status, check.message);
     const int redundancy = count_observations(network(), layout_) -
@@ -268,21 +259,27 @@ class Adjuster {
   /// Leaves out stations whose targets do not determine their pose; returns whether there are any.
   /// Such a station would end the adjustment, or its covariance would be wrong.
   bool leave_out_undetermined_stations(const std::vector<Index>& suspects = {}) {
-    const std::vector<WeakStation> weak = undetermined_stations(network(), layout_, suspects);
-    if (weak.empty() || weak.size() == count_observing_stations(network(), layout_)) return false;
-    for (const WeakStation& one : weak)
-      leave_out(one.station, "has a pose that its " + std::to_string(one.targets) +
-                                 " targets hardly determine: they are on a line, or the camera is "
-                                 "near their danger cylinder");
-    return true;
+    return leave_out(undetermined_stations(network(), layout_, suspects), "has a pose that its ",
+                     " targets hardly determine: they are on a line, or the camera is near their "
+                     "danger cylinder");
   }
 
-  void leave_out(int station, const std::string& reason) {
-    reasons_[{LeftOut::Kind::station, station}] = reason;
+  /// Leaves out stations, with the number of their targets within the reason. False without any, or
+  /// if no station would remain.
+  bool leave_out(const std::vector<WeakStation>& weak, const std::string& before_count,
+                 const std::string& after_count) {
+    if (weak.empty() || weak.size() == count_observing_stations(network(), layout_)) return false;
+    std::vector<char> is_weak(network().stations.size());
+    for (const WeakStation& one : weak) {
+      is_weak[one.station] = 1;
+      reasons_[{LeftOut::Kind::station, one.station}] =
+          before_count + std::to_string(one.targets) + after_count;
+    }
     for (ImageObservation& observation : network().observations)
-      if (network().images[observation.image].station == station) observation.used = false;
+      if (is_weak[network().images[observation.image].station]) observation.used = false;
     cost_.reset();
     update_layout();
+    return true;
   }
 
   /// Excludes points whose rays are parallel.

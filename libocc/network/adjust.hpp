@@ -124,8 +124,8 @@ struct Adjustment {
 /// points were rejected that the rest may agree by chance; too_few_lamps: fewer targets than the
 /// network needs; degenerate: blocks without a common target, or unknowns that no observation
 /// determines (the message names them); not_converged. The value always holds the last state.
-/// Stations that observe too few targets, or three near whose danger cylinder they are, are left
-/// out (Adjustment::left_out).
+/// Stations whose targets are too few or hardly determine their pose, such as three near whose
+/// danger cylinder they are, are left out (Adjustment::left_out).
 /// Throws std::invalid_argument as check_network() and check_datum() do, and for invalid options.
 LIBOCC_API Result<Adjustment> adjust(const Network& network, const AdjustOptions& options = {},
                                      const AdjustCallback& progress = {});

@@ -337,11 +337,11 @@ int GrowingMap::drop_undetermined(const Result<Adjustment>& failed) {
         (observation.target.point < 0 || rays[observation.target.point] >= 2))  // or of a tag
       ++used[observation.image];
   // Without such a picture, those with the fewest lamps are the least determined.
-  const int fewest = *std::min_element(used.begin(), used.end());
+  const int min_used = std::max(3, 1 + *std::min_element(used.begin(), used.end()));
   std::vector<PlacedPicture> kept;
   for (std::size_t i = 0; i < map_.placed.size(); ++i) {
     const int picture = map_.placed[i].picture;
-    if (used[i] >= std::max(3, 1 + fewest)) {
+    if (used[i] >= min_used) {
       place_of_[picture] = static_cast<int>(kept.size());
       kept.push_back(std::move(map_.placed[i]));
       continue;

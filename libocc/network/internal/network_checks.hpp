@@ -27,11 +27,11 @@ struct WeakStation {
 };
 std::vector<WeakStation> weak_stations(const Network& network, const NetworkLayout& layout);
 
-/// Stations without a prior whose observations determine a pose to first order only: it moves by
-/// more than the image errors allow before the second-order terms of the residuals are small, as
-/// on the danger cylinder of three targets or for targets on one line. Tested are those with three
-/// targets, and those that own one of the `suspects` (reduced unknowns). A station with outlines is
-/// not tested. Targets, cameras and mounts are held.
+/// Stations without a prior whose observations hardly determine their pose, as on the danger
+/// cylinder of three targets, or for targets on one line: one standard deviation away, residuals
+/// differ noticeably from linear ones, so that another pose may fit as well. Tested are those with
+/// three targets, and those that own one of the `suspects` (reduced unknowns). A station with
+/// outlines is not tested. Targets, cameras and mounts are held.
 std::vector<WeakStation> undetermined_stations(const Network& network, const NetworkLayout& layout,
                                                const std::vector<Index>& suspects);
 
