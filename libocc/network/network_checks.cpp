@@ -80,7 +80,7 @@ CheckOutcome check_connected(const Network& network, const NetworkLayout& layout
 
 namespace {
 
-constexpr int min_targets = 3;  // that determine a pose
+constexpr int min_targets = 3, min_outlined = 2;  // that determine a pose
 
 std::vector<int> count_targets_of_stations(const Network& network, const NetworkLayout& layout) {
   std::vector<int> counts(network.stations.size());
@@ -94,6 +94,15 @@ std::vector<char> stations_with_priors(const Network& network) {
   std::vector<char> has_prior(network.stations.size());
   for (const PosePrior& prior : network.pose_priors) has_prior[prior.station] = 1;
   return has_prior;
+}
+
+std::vector<char> stations_with_outlines(const Network& network) {
+  std::vector<char> has_outlines(network.stations.size());
+  for (const OutlineObservation& outline : network.outlines) {
+    const ImageObservation& centre = network.observations[outline.observation];
+    if (centre.used) has_outlines[network.images[centre.image].station] = 1;
+  }
+  return has_outlines;
 }
 
 /// Second-order part of a station's residuals [sigmas] at one standard deviation of its pose in the
@@ -139,10 +148,12 @@ double pose_nonlinearity(const Network& network, const NetworkLayout& layout, Ne
 
 std::vector<WeakStation> weak_stations(const Network& network, const NetworkLayout& layout) {
   const std::vector<char> has_prior = stations_with_priors(network);
+  const std::vector<char> has_outlines = stations_with_outlines(network);
   const std::vector<int> counts = count_targets_of_stations(network, layout);
   std::vector<WeakStation> weak;
   for (std::size_t i = 0; i < counts.size(); ++i)
-    if (layout.stations[i] != none && !has_prior[i] && counts[i] > 0 && counts[i] < min_targets)
+    if (layout.stations[i] != none && !has_prior[i] && counts[i] > 0 &&
+        counts[i] < (has_outlines[i] ? min_outlined : min_targets))
       weak.push_back({static_cast<int>(i), counts[i]});
   return weak;
 }
@@ -152,10 +163,7 @@ std::vector<WeakStation> undetermined_stations(const Network& network, const Net
   // With x sigmas of second order, another pose fits as well about 1 / x standard deviations away.
   constexpr double max_nonlinearity = 0.15;
   const std::vector<char> has_prior = stations_with_priors(network);
-  std::vector<char> has_outlines(network.stations.size());
-  for (const OutlineObservation& outline : network.outlines)
-    if (network.observations[outline.observation].used)
-      has_outlines[network.images[network.observations[outline.observation].image].station] = 1;
+  const std::vector<char> has_outlines = stations_with_outlines(network);
   NetworkState state(network);
   const std::vector<std::vector<int>> observations = observations_of_stations(network, layout);
   std::vector<WeakStation> weak;

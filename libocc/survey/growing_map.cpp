@@ -42,6 +42,9 @@ std::map<std::string, double> sigmas_of(const Camera& camera) {
   return sigmas;
 }
 
+// That neighbours show the same lamps is expected; of other pictures it is not (odds of 30).
+constexpr double neighbour_log10 = 1.5;
+
 }  // namespace
 
 GrowingMap::GrowingMap(const std::vector<SurveyPicture>& pictures, const Camera& camera,
@@ -207,6 +210,36 @@ MatchCandidates GrowingMap::candidates_near(int picture, int neighbour) const {
   return candidates;
 }
 
+void GrowingMap::count_small_motions(int picture, int neighbour,
+                                     std::vector<MapMatch>& matches) const {
+  const Rigid3& near = map_.placed[neighbour].cam_from_map;
+  const std::vector<LampShapeView>& views = pictures_[picture].views;
+  const std::vector<int>& seen = map_.placed[neighbour].lamp_of;
+  const std::ptrdiff_t seen_before =
+      std::count_if(seen.begin(), seen.end(), [](int lamp) { return lamp >= 0; });
+  const double lamps =
+      std::max(static_cast<double>(views.size()), static_cast<double>(seen_before));
+  const double field_sr =
+      std::min(2 * pi, camera_.width() / camera_.fx_px() * camera_.height() / camera_.fy_px());
+  for (MapMatch& match : matches) {
+    double max_angle = 0;
+    for (std::size_t v = 0; v < views.size(); ++v) {
+      if (match.lamp_of_view[v] < 0) continue;
+      const Vector3d before = near * map_.lamps[match.lamp_of_view[v]].position;
+      max_angle = std::max(max_angle, std::atan2(before.cross(views[v].bearing).norm(),
+                                                 before.dot(views[v].bearing)));
+    }
+    const double by_chance = std::min(1.0, lamps * pi * square(max_angle) / field_sr);
+    match.log10_false_alarms =
+        std::min(match.log10_false_alarms,
+                 neighbour_log10 + match.matches * std::log10(std::max(by_chance, 1e-9)) +
+                     missing_log10 * match.contradictions);
+  }
+  std::stable_sort(matches.begin(), matches.end(), [](const MapMatch& a, const MapMatch& b) {
+    return a.log10_false_alarms < b.log10_false_alarms;
+  });
+}
+
 void GrowingMap::report(const SurveyProgress& state) const {
   if (progress_ && !progress_(state)) throw SurveyStopped();
 }
@@ -215,8 +248,8 @@ bool GrowingMap::join(int picture) {
   report({"joining pictures", placed(), static_cast<int>(pictures_.size())});
   if (dropped_[picture]) return false;
   const int neighbour = options_.ordered ? placed_neighbour(picture) : -1;
-  // Three lamps have a pose but no redundancy, and need the motion from a neighbour as evidence.
-  const int min_matches = min_views(picture) - (neighbour >= 0 ? 1 : 0);
+  // A few lamps have no redundancy, and need the motion from a neighbour as evidence.
+  const int min_matches = neighbour >= 0 ? 2 : min_views(picture);
   if (views(picture) < min_matches) {
     reasons_[picture] =
         "it shows " + std::to_string(views(picture)) + " whole lamps with a measured rim" +
@@ -231,11 +264,14 @@ bool GrowingMap::join(int picture) {
                                    : MatchCandidates(pictures_[picture].views.size(), all);
   limit_by_codes(picture, candidates);
   std::vector<MapMatch> matches =
-      match_picture(pictures_[picture], map_, pictures_, camera_, candidates);
+      match_picture(pictures_[picture], map_, pictures_, camera_, candidates,
+                    neighbour >= 0 ? &map_.placed[neighbour].cam_from_map : nullptr);
   const bool has_matches = !matches.empty();
-  if (neighbour >= 0) matches = without_fast_motions(picture, std::move(matches));
-  // That neighbours show the same lamps is expected; of other pictures it is not (odds of 30).
-  const double max_log10 = options_.max_log10_false_alarms + (neighbour >= 0 ? 1.5 : 0);
+  if (neighbour >= 0) {
+    matches = without_fast_motions(picture, std::move(matches));
+    count_small_motions(picture, neighbour, matches);
+  }
+  const double max_log10 = options_.max_log10_false_alarms + (neighbour >= 0 ? neighbour_log10 : 0);
   const MatchVerdict verdict = judge_matches(matches, max_log10, min_matches);
   ambiguous_[picture] = verdict.kind == MatchVerdict::Kind::ambiguous;
   if (verdict.kind == MatchVerdict::Kind::matched) {

@@ -30,7 +30,6 @@ constexpr double normal_sigma_rad = 0.3;  // of a lamp seen from below, and of l
 constexpr double max_turn_rad = 0.2;      // of the sides of a rectangle between map and picture
 constexpr double max_tag_tilt_rad = 0.4;  // of its normal
 constexpr double max_line_width = 0.1;    // over the length, of lamps on a line
-constexpr double missing_log10 = 1.3;     // a lamp is dark or hidden with probability 1/20
 
 struct Triple {
   std::array<int, 3> of{};
@@ -57,8 +56,8 @@ class Matcher {
  public:
   Matcher(const PictureViews& picture, const LampMap& map,
           const std::vector<PictureViews>& pictures, const Camera& camera,
-          const MatchCandidates& candidates)
-      : picture_(picture), map_(map), pictures_(pictures), camera_(camera) {
+          const MatchCandidates& candidates, const Rigid3* neighbour)
+      : picture_(picture), map_(map), pictures_(pictures), camera_(camera), neighbour_(neighbour) {
     std::vector<int> all(map.lamps.size());
     std::iota(all.begin(), all.end(), 0);
     for (std::size_t v = 0; v < picture.views.size(); ++v) {
@@ -84,7 +83,7 @@ class Matcher {
                      std::max(1.0, static_cast<double>(lamps_of_view_[j].size()) - 1) *
                      std::max(1.0, static_cast<double>(lamps_of_view_[k].size()) - 2);
     log10_triples_ = std::log10(std::max(1.0, triples));
-    common_normal_ = common_normal(picture.views);
+    common_normal_ = neighbour ? mapped_normal(*neighbour) : common_normal(picture.views);
     std::vector<Vector3d> bearings;
     for (const LampShapeView& view : picture.views) bearings.push_back(view.bearing);
     line_normal_ = line_normal(bearings, max_line_width);
@@ -95,6 +94,7 @@ class Matcher {
     for (std::size_t v = 0; v < picture_.views.size(); ++v)
       if (picture_.views[v].tag >= 0)
         for (const int p : lamps_of_view_[v]) try_views({static_cast<int>(v)}, {p}, 0);
+    if (found_.empty() && neighbour_) search_pairs();
     std::stable_sort(found_.begin(), found_.end(), [](const MapMatch& a, const MapMatch& b) {
       return a.log10_false_alarms < b.log10_false_alarms;
     });
@@ -102,6 +102,14 @@ class Matcher {
   }
 
  private:
+  /// Mean normal of the lamps in the camera frame of a pose; zero without lamps.
+  Vector3d mapped_normal(const Rigid3& pose) const {
+    Vector3d sum = Vector3d::Zero();
+    for (const MapLamp& lamp : map_.lamps)
+      if (lamp.tag < 0) sum += lamp.normal;
+    return pose.rotation * sum.normalized();
+  }
+
   /// Normal of a view that is nearest to a direction.
   const Vector3d& nearest_normal(int view, const Vector3d& direction) const {
     const std::vector<Vector3d>& normals = picture_.views[view].normals;
@@ -184,7 +192,19 @@ class Matcher {
       }
   }
 
-  /// The motion by three lamps or by one tag.
+  /// Two lamps, whose normals determine the rotation about the line through them.
+  void search_pairs() {
+    const int count = static_cast<int>(picture_.views.size());
+    for (int i = 0; i < count; ++i)
+      for (int j = i + 1; j < count; ++j)
+        for (const int p : lamps_of_view_[i])
+          for (const int q : lamps_of_view_[j])
+            if (p != q && map_.lamps[p].tag < 0 && map_.lamps[q].tag < 0 &&
+                side_tolerance(i, j, p, q))
+              try_views({i, j}, {p, q}, 0);
+  }
+
+  /// The motion by three lamps, by two, or by one tag.
   void try_views(const std::vector<int>& views, const std::vector<int>& lamps, double log10_sides) {
     const std::size_t count = views.size();
     std::vector<int> lamp_of_view(picture_.views.size(), -1);
@@ -218,8 +238,7 @@ class Matcher {
     for (int round = 0; round < 3; ++round) {
       const std::vector<int> before = match.lamp_of_view;
       associate(match);
-      if (match.matches < (count == 1 ? 2 : 3) ||
-          !tried_.insert({round, match.lamp_of_view}).second)
+      if (match.matches < (count < 3 ? 2 : 3) || !tried_.insert({round, match.lamp_of_view}).second)
         return;
       if (match.lamp_of_view == before) break;
       if (!refine(match)) return;
@@ -316,11 +335,11 @@ class Matcher {
     }
   }
 
-  /// `views`: those of the hypothesis, three lamps or one tag.
+  /// `views`: those of the hypothesis, three lamps or one tag; two lamps are no evidence.
   void score(MapMatch& match, double log10_sides, const std::vector<int>& views) const {
     const double n = static_cast<double>(picture_.views.size());
     const bool by_tag = views.size() == 1;
-    double log10_nfa = by_tag ? 0 : log10_triples_ + log10_sides;
+    double log10_nfa = views.size() < 3 ? 0 : log10_triples_ + log10_sides;
     std::vector<double> terms;
     for (std::size_t v = 0; v < match.lamp_of_view.size(); ++v) {
       if (match.lamp_of_view[v] < 0 || (by_tag && static_cast<int>(v) == views[0])) continue;
@@ -341,8 +360,8 @@ class Matcher {
           pi * gate_chi2_3 * std::sqrt(std::max(0.0, across.determinant())) / square(range);
       terms.push_back(std::log10(std::min(1.0, n * area / field_sr_)));
     }
-    std::sort(terms.begin(), terms.end());  // the triple takes the three best ones
-    for (std::size_t i = by_tag ? 0 : 3; i < terms.size(); ++i) log10_nfa += terms[i];
+    std::sort(terms.begin(), terms.end());  // the hypothesis takes the best ones
+    for (std::size_t i = by_tag ? 0 : views.size(); i < terms.size(); ++i) log10_nfa += terms[i];
     // Lamps of one ceiling are parallel: their sides count once.
     double log10_sides_agree = 0;
     for (const int lamp : match.lamp_of_view)
@@ -414,6 +433,7 @@ class Matcher {
   const LampMap& map_;
   const std::vector<PictureViews>& pictures_;
   const Camera& camera_;
+  const Rigid3* neighbour_;
   std::vector<std::vector<int>> lamps_of_view_;
   Vector3d common_normal_;               // of the picture's lamps, camera frame
   std::optional<Vector3d> line_normal_;  // of the plane of camera and lamps, if these are on a line
@@ -438,9 +458,9 @@ Matrix3d view_covariance(const LampShapeView& view, double size, double size_sig
 
 std::vector<MapMatch> match_picture(const PictureViews& picture, const LampMap& map,
                                     const std::vector<PictureViews>& pictures, const Camera& camera,
-                                    const MatchCandidates& candidates) {
+                                    const MatchCandidates& candidates, const Rigid3* neighbour) {
   if (picture.views.size() < 2 || map.lamps.size() < 2) return {};
-  return Matcher(picture, map, pictures, camera, candidates).run();
+  return Matcher(picture, map, pictures, camera, candidates, neighbour).run();
 }
 
 MatchVerdict judge_matches(const std::vector<MapMatch>& matches, double max_log10_false_alarms,

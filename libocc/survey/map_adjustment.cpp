@@ -8,6 +8,7 @@
 #include "libocc/core/math.hpp"
 #include "libocc/core/statistics.hpp"
 #include "libocc/formation/rim.hpp"
+#include "libocc/network/network_statistics.hpp"
 #include "libocc/survey/internal/growing_map.hpp"
 #include "libocc/survey/internal/observed_rim.hpp"
 #include "libocc/survey/internal/shape_fit.hpp"
@@ -99,7 +100,7 @@ Network GrowingMap::network_of(const KnownLengths& lengths) {
     network.points.push_back(
         {"lamp " + std::to_string(id), map_.lamps[order_[id]].position, false});
   }
-  const bool with_rims = with_rims_ || shows_a_line();
+  const bool with_rims = with_rims_ || needs_rims();
   if (with_rims && shapes_.empty()) fit_shapes();
   for (const PlacedPicture& placed : map_.placed) {
     const SurveyPicture& picture = input_[placed.picture];
@@ -182,15 +183,20 @@ std::optional<double> GrowingMap::ratio_sigma() const {
   return median(std::move(sigmas));
 }
 
-bool GrowingMap::shows_a_line() const {
-  return std::any_of(map_.placed.begin(), map_.placed.end(), [&](const PlacedPicture& placed) {
+bool GrowingMap::needs_rims() const {
+  constexpr std::size_t min_lamps = 4;  // that have redundancy without their rims
+  int redundant = 0;
+  for (const PlacedPicture& placed : map_.placed) {
     std::vector<Vector3d> at;
+    bool has_tag = false;  // its corners determine the pose
     for (const int lamp : placed.lamp_of) {
-      if (lamp >= 0 && map_.lamps[lamp].tag >= 0) return false;  // its corners determine the pose
+      has_tag = has_tag || (lamp >= 0 && map_.lamps[lamp].tag >= 0);
       if (lamp >= 0 && point_of_lamp_[lamp] >= 0) at.push_back(map_.lamps[lamp].position);
     }
-    return are_on_a_line(at);
-  });
+    if (!has_tag && are_on_a_line(at)) return true;
+    redundant += has_tag || at.size() >= min_lamps;
+  }
+  return redundant < 2;
 }
 
 std::optional<ShapeOfViews> GrowingMap::fitted_shape(int lamp) const {
@@ -386,14 +392,27 @@ int GrowingMap::drop_unconfirmed(const Adjustment& adjusted) {
 void GrowingMap::estimate_model_sigma(const Adjustment& adjustment) {
   constexpr int min_redundancy = 20;  // sigma0 is then known to 16 %
   constexpr double min_sigma_px = 0.002;
-  if (adjustment.redundancy < min_redundancy) return;
+  double redundancy = adjustment.redundancy, squared = square(adjustment.sigma0) * redundancy;
+  if (!adjustment.network.outlines.empty()) {  // those of the centres alone
+    const auto found = network_statistics(adjustment.network, options_.threads);
+    if (!found.ok()) return;
+    redundancy = squared = 0;
+    for (std::size_t i = 0; i < found->image_observations.size(); ++i) {
+      const ObservationStatistics& one = found->image_observations[i];
+      if (!one.used) continue;
+      redundancy += one.redundancy.sum();
+      squared +=
+          one.residual_px.cwiseQuotient(adjustment.network.observations[i].sigma_px).squaredNorm();
+    }
+  }
+  if (redundancy < min_redundancy) return;
   std::vector<double> noise;
   for (const PlacedPicture& placed : map_.placed)
     for (std::size_t b = 0; b < placed.lamp_of.size(); ++b)
       if (placed.lamp_of[b] >= 0)
         noise.push_back(0.5 * input_[placed.picture].blobs[b].covariance_px2.trace());
   const double variance = median(std::move(noise));
-  const double observed = square(adjustment.sigma0) * (variance + square(model_sigma_px_));
+  const double observed = squared / redundancy * (variance + square(model_sigma_px_));
   model_sigma_px_ = std::sqrt(std::max(square(min_sigma_px), observed - variance));
 }
 

@@ -107,7 +107,7 @@ class SurveyRun {
   int start_from_rims() {
     std::vector<int> order;
     for (int i = 0; i < static_cast<int>(pictures_.size()); ++i)
-      if (growing_.views(i) >= growing_.min_views(i)) order.push_back(i);
+      if (growing_.views(i) >= growing_.min_start_views(i)) order.push_back(i);
     std::stable_sort(order.begin(), order.end(),
                      [&](int a, int b) { return growing_.views(a) > growing_.views(b); });
     candidates_ = static_cast<int>(order.size());
@@ -149,7 +149,8 @@ class SurveyRun {
       result.status = Status::too_few_lamps;
       result.message =
           std::to_string(candidates_) + " of " + std::to_string(pictures_.size()) +
-          " pictures show four whole lamps with measured rims; the minimum is two" +
+          " pictures show " + (options_.ordered ? "three" : "four") +
+          " whole lamps with measured rims; the minimum is two" +
           (linked_ > 0 ? "; tracks and ids of lamps determine no map: two pictures must "
                          "show four such lamps, not on one line, from different places"
                        : "");

@@ -8,7 +8,8 @@
 //    and of discs of several sizes, follow as if they were in one plane (internal/lamp_kinds.hpp).
 // 2. Pictures are joined to the map of the first one by rigid motions of constellations. A picture
 //    joins if a match as good is not expected by chance, and if no other motion matches as well
-//    (internal/lamp_map.hpp). Other pictures are held back until the map has more lamps.
+//    (internal/lamp_map.hpp). Other pictures are held back until the map has more lamps. In a
+//    recording, a small motion from a neighbour in the map is also evidence, and two lamps suffice.
 // 3. All pictures are adjusted together (network/adjust.hpp). The observation of a lamp is the
 //    centre of its image, corrected to the projection of the lamp's centre. Sizes and normals
 //    follow from the rims.
@@ -194,11 +195,11 @@ struct SurveyProgress {
 using SurveyCallback = std::function<bool(const SurveyProgress&)>;
 
 /// Surveys lamps. Status: ok; too_few_lamps: fewer than two pictures show four lamps with measured
-/// rims; ambiguous: the lamps' arrangement is symmetric, so that no two pictures have a unique
-/// match, or two maps agree with tracks and ids alike; no_pose: no two pictures match;
-/// not_converged: `progress` stopped it; otherwise that of adjust(). Throws std::invalid_argument
-/// for options out of range, tracks that are not one per blob, a distance whose lamps are not
-/// in the map, and an exact camera that is to be calibrated.
+/// rims (three if they are `ordered`); ambiguous: the lamps' arrangement is symmetric, so that no
+/// two pictures have a unique match, or two maps agree with tracks and ids alike; no_pose: no two
+/// pictures match; not_converged: `progress` stopped it; otherwise that of adjust(). Throws
+/// std::invalid_argument for options out of range, tracks that are not one per blob, a distance
+/// whose lamps are not in the map, and an exact camera that is to be calibrated.
 LIBOCC_API Result<Survey> survey(const std::vector<SurveyPicture>& pictures, const Camera& camera,
                                  const SurveyOptions& options = {},
                                  const SurveyCallback& progress = {});

@@ -241,6 +241,8 @@ inline double shape_chi2(const Survey& survey, const Scene& scene, const std::ve
   const auto known = precision(network);
   if (!known.ok()) return infinity;
   const auto count = static_cast<Eigen::Index>(points.size());
+  dof = std::max(0, static_cast<int>(3 * count) - 7);
+  if (dof == 0) return 0;  // two lamps have a distance only
   Eigen::VectorXd errors(3 * count);
   Eigen::MatrixXd by_similarity(3 * count, 7);  // change of the positions
   std::vector<Target> targets;
@@ -251,7 +253,6 @@ inline double shape_chi2(const Survey& survey, const Scene& scene, const std::ve
     by_similarity.middleRows<3>(3 * i) << Eigen::Matrix3d::Identity(), skew(point.position_m),
         point.position_m;
   }
-  dof = static_cast<int>(3 * count) - 7;
   const Eigen::MatrixXd q = by_similarity.householderQr().householderQ();
   const Eigen::MatrixXd free = q.rightCols(dof);
   const Eigen::MatrixXd covariance = std::max(1.0, square(survey.adjustment.sigma0)) *
@@ -273,7 +274,7 @@ inline void add(MapSums& sums, const Survey& survey, const Scene& scene,
   int dof = 0;
   const bool mixed = std::any_of(truth.begin(), truth.end(), [](int lamp) { return lamp < 0; });
   const double chi2 = mixed ? infinity : shape_chi2(survey, scene, truth, dof);
-  if (chi2 < dof + 8 * std::sqrt(2.0 * dof)) {
+  if (chi2 <= dof + 8 * std::sqrt(2.0 * dof)) {
     sums.chi2 += chi2;
     sums.dof += dof;
     return;

@@ -78,6 +78,8 @@ class GrowingMap {
   int views(int picture) const { return static_cast<int>(pictures_[picture].views.size()); }
   /// Number of views that a picture needs: four, or three with a tag.
   int min_views(int picture) const;
+  /// Number of views of the first picture: three in a recording, where a neighbour joins it.
+  int min_start_views(int picture) const { return options_.ordered ? 3 : min_views(picture); }
   /// Numbers of blobs with a link.
   int linked_blobs(int picture) const;
   /// True if the blobs with a link are on one line, so that they do not determine a pose.
@@ -113,6 +115,10 @@ class GrowingMap {
   /// or those with the fewest. Returns their number.
   int drop_undetermined(const Result<Adjustment>& failed);
   std::vector<MapMatch> without_fast_motions(int picture, std::vector<MapMatch> matches) const;
+  /// Counts it as evidence of a match that all m of its lamps are within an angle a of their
+  /// directions in the neighbour. With n lamps in a field of F sr, chance gives (n pi a^2 / F)^m
+  /// such matches.
+  void count_small_motions(int picture, int neighbour, std::vector<MapMatch>& matches) const;
   void report(const SurveyProgress& state) const;  // throws SurveyStopped
   int placed_neighbour(int picture) const;
   MatchCandidates candidates_near(int picture, int neighbour) const;
@@ -132,9 +138,9 @@ class GrowingMap {
   void update_from(const Adjustment& adjustment);
   void add_rim(const PlacedPicture& placed, int blob, Network& network,
                ImageObservation& observation) const;
-  /// True if a picture shows lamps on one line only, so that the rims are observations of all
-  /// adjustments.
-  bool shows_a_line() const;
+  /// True if the rims are observations of all adjustments: a picture shows lamps on one line only,
+  /// two lamps included, or fewer than two pictures show four lamps.
+  bool needs_rims() const;
   std::optional<ShapeOfViews> fitted_shape(int lamp) const;
   void set_shape(int lamp, const ShapeOfViews& found);
   void fit_shapes();  // before the first adjustment

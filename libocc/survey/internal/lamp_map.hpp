@@ -33,6 +33,8 @@
 
 namespace occ::internal::survey {
 
+constexpr double missing_log10 = 1.3;  ///< a lamp is dark or hidden with probability 1/20
+
 /// A lamp of the map; lengths have any common unit.
 struct MapLamp {
   Eigen::Vector3d position = Eigen::Vector3d::Zero();
@@ -86,10 +88,12 @@ Eigen::Matrix3d view_covariance(const LampShapeView& view, double size, double s
 using MatchCandidates = std::vector<std::vector<int>>;
 
 /// Hypotheses with at least three matches, or a tag and a lamp, and different assignments, most
-/// significant first.
+/// significant first. `neighbour`: pose of a picture from nearly the same place and direction, if
+/// any; without other hypotheses, those of two lamps are given.
 std::vector<MapMatch> match_picture(const PictureViews& picture, const LampMap& map,
                                     const std::vector<PictureViews>& pictures, const Camera& camera,
-                                    const MatchCandidates& candidates = {});
+                                    const MatchCandidates& candidates = {},
+                                    const Rigid3* neighbour = nullptr);
 
 /// Hypotheses of one picture, reduced to an answer.
 struct MatchVerdict {

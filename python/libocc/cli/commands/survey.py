@@ -126,9 +126,9 @@ def command(
     ...
 
     Makes a map of the lamps from pictures that one calibrated camera took from unknown places, in any
-    order, or from a video. No map is needed. A picture is used if it shows four whole lamps or more and
-    matches the others in one way only. Lamps of a video that are too small for a measured rim are followed
-    from frame to frame. Ids that lamps transmit (--code) show which is which.
+    order, or from a video. No map is needed. A picture is used if it shows four whole lamps or more (in
+    a slow video two) and matches the others in one way only. Lamps of a video that are too small for a
+    measured rim are followed from frame to frame. Ids that lamps transmit (--code) show which is which.
 
     The pictures do not show the scale: give --distance between two lamps, --tag-size of AprilTags that
     at least two pictures show, --radius, or --odometry or --imu of a recording. Lamps have the same ids
