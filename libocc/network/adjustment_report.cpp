@@ -6,6 +6,7 @@
 #include <iomanip>
 #include <sstream>
 #include <tuple>
+#include <utility>
 
 #include "libocc/core/internal/dense.hpp"
 #include "libocc/core/internal/name_list.hpp"
@@ -90,8 +91,27 @@ class Report {
       if (out_.network.control[i].used && !layout_.is_determined(out_.network.control[i].target))
         leave_out(LeftOut::Kind::control, i, name_of_control(given_, static_cast<int>(i)),
                   "is a target that is left out");
-    for (const LeftOut& one : out_.left_out)
-      out_.warnings.push_back(one.name + " is left out: it " + one.reason);
+    warn_of_left_out();
+  }
+
+  /// One warning for each kind and reason.
+  void warn_of_left_out() {
+    std::vector<std::pair<LeftOut, std::vector<std::string>>> groups;  // with further names
+    for (const LeftOut& one : out_.left_out) {
+      const auto alike = std::find_if(groups.begin(), groups.end(), [&](const auto& group) {
+        return group.first.kind == one.kind && group.first.reason == one.reason;
+      });
+      if (alike == groups.end())
+        groups.push_back({one, {}});
+      else
+        alike->second.push_back(one.name);
+    }
+    for (const auto& [first, others] : groups)
+      out_.warnings.push_back(first.name + " is left out: it " + first.reason +
+                              (others.empty()       ? ""
+                               : others.size() == 1 ? "; so is "
+                                                    : "; so are ") +
+                              core::name_list(others, others.size()));
   }
 
   void warn_of_datum() {

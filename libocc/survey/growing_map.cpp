@@ -42,9 +42,6 @@ std::map<std::string, double> sigmas_of(const Camera& camera) {
   return sigmas;
 }
 
-// That neighbours show the same lamps is expected; of other pictures it is not (odds of 30).
-constexpr double neighbour_log10 = 1.5;
-
 }  // namespace
 
 GrowingMap::GrowingMap(const std::vector<SurveyPicture>& pictures, const Camera& camera,
@@ -82,7 +79,7 @@ void GrowingMap::clear() {
   shapes_.clear();
   point_of_lamp_.clear();
   precision_.reset();
-  is_rough_ = false;
+  is_rough_ = centres_have_failed_ = false;
   std::fill(place_of_.begin(), place_of_.end(), -1);
   std::fill(reasons_.begin(), reasons_.end(), std::string());
   std::fill(ambiguous_.begin(), ambiguous_.end(), false);
@@ -153,93 +150,6 @@ int GrowingMap::add_lamp(const LampShapeView& view, const Rigid3& cam_from_map,
   return static_cast<int>(map_.lamps.size()) - 1;
 }
 
-std::vector<MapMatch> GrowingMap::without_fast_motions(int picture,
-                                                       std::vector<MapMatch> matches) const {
-  std::vector<int> neighbours;
-  for (const int other : {picture - 1, picture + 1})
-    if (other >= 0 && other < static_cast<int>(place_of_.size()) && place_of_[other] >= 0)
-      neighbours.push_back(place_of_[other]);
-  const auto is_fast = [&](const MapMatch& match) {
-    for (const int neighbour : neighbours) {
-      const Rigid3& before = map_.placed[neighbour].cam_from_map;
-      std::vector<double> angles;
-      for (const int lamp : match.lamp_of_view) {
-        if (lamp < 0) continue;
-        const Vector3d a = (before * map_.lamps[lamp].position).normalized();
-        const Vector3d b = (match.cam_from_map * map_.lamps[lamp].position).normalized();
-        angles.push_back(std::atan2(a.cross(b).norm(), a.dot(b)));
-      }
-      if (median(angles) > options_.max_motion_rad) return true;
-      // The far lamps of a corridor have much the same directions one lamp further on, or in a
-      // camera that looks back from the other end.
-      constexpr double max_turn = 4, max_shift = 2;  // over max_motion_rad
-      const Matrix3d turn = match.cam_from_map.rotation * before.rotation.transpose();
-      if (so3_log(turn).norm() > max_turn * options_.max_motion_rad) return true;
-      double nearest = infinity;
-      for (const int lamp : map_.placed[neighbour].lamp_of)
-        if (lamp >= 0) nearest = std::min(nearest, (before * map_.lamps[lamp].position).norm());
-      const Vector3d shift = match.cam_from_map.origin_in_source() - before.origin_in_source();
-      if (shift.norm() > max_shift * options_.max_motion_rad * nearest) return true;
-    }
-    return false;
-  };
-  matches.erase(std::remove_if(matches.begin(), matches.end(), is_fast), matches.end());
-  return matches;
-}
-
-int GrowingMap::placed_neighbour(int picture) const {
-  for (const int other : {picture - 1, picture + 1})
-    if (other >= 0 && other < static_cast<int>(place_of_.size()) && place_of_[other] >= 0)
-      return place_of_[other];
-  return -1;
-}
-
-MatchCandidates GrowingMap::candidates_near(int picture, int neighbour) const {
-  const Rigid3& near = map_.placed[neighbour].cam_from_map;
-  // Single lamps move by up to twice the median, as those above a camera that passes below them.
-  const double min_cosine = std::cos(std::min(pi, 2 * options_.max_motion_rad));
-  MatchCandidates candidates;
-  for (const LampShapeView& view : pictures_[picture].views) {
-    candidates.emplace_back();
-    for (std::size_t lamp = 0; lamp < map_.lamps.size(); ++lamp) {
-      const Vector3d in_cam = near * map_.lamps[lamp].position;
-      if (in_cam.dot(view.bearing) > min_cosine * in_cam.norm())
-        candidates.back().push_back(static_cast<int>(lamp));
-    }
-  }
-  return candidates;
-}
-
-void GrowingMap::count_small_motions(int picture, int neighbour,
-                                     std::vector<MapMatch>& matches) const {
-  const Rigid3& near = map_.placed[neighbour].cam_from_map;
-  const std::vector<LampShapeView>& views = pictures_[picture].views;
-  const std::vector<int>& seen = map_.placed[neighbour].lamp_of;
-  const std::ptrdiff_t seen_before =
-      std::count_if(seen.begin(), seen.end(), [](int lamp) { return lamp >= 0; });
-  const double lamps =
-      std::max(static_cast<double>(views.size()), static_cast<double>(seen_before));
-  const double field_sr =
-      std::min(2 * pi, camera_.width() / camera_.fx_px() * camera_.height() / camera_.fy_px());
-  for (MapMatch& match : matches) {
-    double max_angle = 0;
-    for (std::size_t v = 0; v < views.size(); ++v) {
-      if (match.lamp_of_view[v] < 0) continue;
-      const Vector3d before = near * map_.lamps[match.lamp_of_view[v]].position;
-      max_angle = std::max(max_angle, std::atan2(before.cross(views[v].bearing).norm(),
-                                                 before.dot(views[v].bearing)));
-    }
-    const double by_chance = std::min(1.0, lamps * pi * square(max_angle) / field_sr);
-    match.log10_false_alarms =
-        std::min(match.log10_false_alarms,
-                 neighbour_log10 + match.matches * std::log10(std::max(by_chance, 1e-9)) +
-                     missing_log10 * match.contradictions);
-  }
-  std::stable_sort(matches.begin(), matches.end(), [](const MapMatch& a, const MapMatch& b) {
-    return a.log10_false_alarms < b.log10_false_alarms;
-  });
-}
-
 void GrowingMap::report(const SurveyProgress& state) const {
   if (progress_ && !progress_(state)) throw SurveyStopped();
 }
@@ -252,9 +162,12 @@ bool GrowingMap::join(int picture) {
   const int min_matches = neighbour >= 0 ? 2 : min_views(picture);
   if (views(picture) < min_matches) {
     reasons_[picture] =
-        "it shows " + std::to_string(views(picture)) + " whole lamps with a measured rim" +
+        "it shows " + std::to_string(views(picture)) +
+        (views(picture) == 1 ? " whole lamp" : " whole lamps") + " with a measured rim" +
         (linked_blobs(picture) > 0 ? ", and too few known ones by tracks or ids" : "") +
-        "; the minimum is " + std::to_string(min_matches);
+        (options_.ordered && neighbour < 0 ? "; without a neighbour in the map, the minimum is "
+                                           : "; the minimum is ") +
+        std::to_string(min_matches);
     return false;
   }
   std::vector<int> all(map_.lamps.size());

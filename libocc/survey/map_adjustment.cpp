@@ -100,7 +100,7 @@ Network GrowingMap::network_of(const KnownLengths& lengths) {
     network.points.push_back(
         {"lamp " + std::to_string(id), map_.lamps[order_[id]].position, false});
   }
-  const bool with_rims = with_rims_ || needs_rims();
+  const bool with_rims = with_rims_ || centres_have_failed_ || needs_rims();
   if (with_rims && shapes_.empty()) fit_shapes();
   for (const PlacedPicture& placed : map_.placed) {
     const SurveyPicture& picture = input_[placed.picture];
@@ -272,6 +272,7 @@ void GrowingMap::update_from(const Adjustment& adjustment) {
   }
   update_shapes(network);
   const std::vector<bool> is_adjusted_tag = update_tags(network);
+  pose_left_out(network);
   std::vector<MapLamp> adjusted;
   for (std::size_t lamp = 0; lamp < map_.lamps.size(); ++lamp)
     if (point_of_lamp_[lamp] >= 0) adjusted.push_back(map_.lamps[lamp]);
@@ -288,6 +289,25 @@ void GrowingMap::update_from(const Adjustment& adjustment) {
       map_.lamps[lamp].covariance =
           to_map * view_covariance(view, size.size, size.sigma) * to_map.transpose();
     }
+}
+
+void GrowingMap::pose_left_out(const Network& network) {
+  std::vector<char> is_used(map_.placed.size());
+  for (const ImageObservation& observation : network.observations)
+    if (observation.used) is_used[observation.image] = 1;
+  for (std::size_t i = 0; i < map_.placed.size(); ++i) {
+    if (is_used[i]) continue;
+    PlacedPicture& placed = map_.placed[i];
+    const PictureViews& picture = pictures_[placed.picture];
+    MatchCandidates known;
+    for (const LampShapeView& view : picture.views) {
+      known.emplace_back();
+      if (placed.lamp_of[view.blob] >= 0) known.back().push_back(placed.lamp_of[view.blob]);
+    }
+    const std::vector<MapMatch> matches =
+        match_picture(picture, map_, pictures_, camera_, known, &placed.cam_from_map);
+    if (!matches.empty()) placed.cam_from_map = matches[0].cam_from_map;
+  }
 }
 
 std::vector<bool> GrowingMap::update_tags(const Network& network) {
@@ -440,6 +460,12 @@ Result<Adjustment> GrowingMap::adjust_all(const KnownLengths& lengths) {
 
 Result<Adjustment> GrowingMap::adjust_without_lengths() {
   Result<Adjustment> adjusted = adjust_all();
+  if (!adjusted.ok() && !centres_have_failed_) {  // the rims may determine the map
+    centres_have_failed_ = true;
+    const Result<Adjustment> with_rims = adjust_all();
+    centres_have_failed_ = with_rims.ok();
+    if (with_rims.ok()) adjusted = with_rims;
+  }
   while (!adjusted.ok() && drop_undetermined(adjusted) > 0) adjusted = adjust_all();
   return adjusted;
 }

@@ -137,5 +137,18 @@ TEST(WeakStations, AreNamedInOneWarning) {
   EXPECT_NE(found->warnings[0].find("station s0, station s1"), std::string::npos);
 }
 
+TEST(WeakStations, ThatAreLeftOutShareAWarning) {
+  Network network = noisy_network(pinhole_network(8, 30), 5, 0.002);
+  std::vector<int> count(8, 0);
+  for (ImageObservation& observation : network.observations)
+    observation.used = observation.image > 2 || ++count[observation.image] <= 2;
+  const auto found = adjust(network);
+  ASSERT_TRUE(found.ok()) << found.message;
+  ASSERT_EQ(found->left_out.size(), 3U);
+  ASSERT_EQ(found->warnings.size(), 1U);
+  EXPECT_EQ(found->warnings[0], "station s0 is left out: it " + found->left_out[0].reason +
+                                    "; so are station s1, station s2");
+}
+
 }  // namespace
 }  // namespace occ::test

@@ -21,6 +21,9 @@
 
 namespace occ::internal::survey {
 
+/// That neighbours show the same lamps is expected; of other pictures it is not (odds of 30).
+constexpr double neighbour_log10 = 1.5;
+
 /// Thrown when the callback stops a survey; survey() catches it.
 struct SurveyStopped {};
 
@@ -136,6 +139,9 @@ class GrowingMap {
   KnownLengths tags_of_any_size() const;
   Eigen::Vector2d centre_correction(int lamp, const Rigid3& pose) const;
   void update_from(const Adjustment& adjustment);
+  /// Poses of pictures that an adjustment left out, in the adjusted map. Their old ones drift away
+  /// from it, and the next adjustment could end in another minimum.
+  void pose_left_out(const Network& network);
   void add_rim(const PlacedPicture& placed, int blob, Network& network,
                ImageObservation& observation) const;
   /// True if the rims are observations of all adjustments: a picture shows lamps on one line only,
@@ -165,6 +171,7 @@ class GrowingMap {
   std::optional<Precision> precision_;  // of the last adjustment
   bool is_rough_ = false;               // a start, or lamps were joined since the last adjustment
   bool with_rims_ = false;
+  bool centres_have_failed_ = false;  // without the rims, an adjustment did not succeed
   std::vector<std::optional<Lamp>> shapes_;
   std::vector<std::string> reasons_;
   std::vector<bool> ambiguous_;
