@@ -151,6 +151,7 @@ class SurveyRun {
           std::to_string(candidates_) + " of " + std::to_string(pictures_.size()) +
           " pictures show " + (options_.ordered ? "three" : "four") +
           " whole lamps with measured rims; the minimum is two" +
+          (options_.ordered ? "" : ", or three lamps in frames of one motion (`ordered`)") +
           (linked_ > 0 ? "; tracks and ids of lamps determine no map: two pictures must "
                          "show four such lamps, not on one line, from different places"
                        : "");

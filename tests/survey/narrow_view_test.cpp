@@ -147,6 +147,18 @@ TEST(NarrowViews, AreMapped) {
   EXPECT_GT(rates.placed, 0.6 * rates.frames);  // without links of two lamps, 0.45
 }
 
+TEST(NarrowViews, NeedTheOrderOfTheirFrames) {
+  Random random(1, 17);
+  Recording made = one_room(random);
+  const auto shows_four = [](const MadePicture& one) { return one.lamps.size() > 3; };
+  made.frames.erase(std::remove_if(made.frames.begin(), made.frames.end(), shows_four),
+                    made.frames.end());
+  const auto found = survey(pictures_of(made.frames), made.scene.camera);
+  EXPECT_EQ(found.status, Status::too_few_lamps);
+  EXPECT_NE(found.message.find("or three lamps in frames of one motion"), std::string::npos)
+      << found.message;
+}
+
 TEST(NarrowViews, AreMappedAlongADangerCylinder) {
   const NarrowRates rates = campaign(3, along_a_danger_cylinder);
   EXPECT_EQ(rates.maps.wrong, 0);
