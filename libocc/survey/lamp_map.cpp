@@ -68,9 +68,7 @@ class Matcher {
     }
     std::vector<double> ranges;
     for (const LampShapeView& view : picture.views) ranges.push_back(view.range);
-    const double field_x = camera.width() / camera.fx_px();
-    const double field_y = camera.height() / camera.fy_px();
-    field_sr_ = std::min(field_x * field_y, 2 * pi);
+    field_sr_ = field_of_view_sr(camera);
     std::vector<double> sizes;
     for (const MapLamp& lamp : map.lamps) sizes.push_back(lamp.size);
     field_ = std::sqrt(field_sr_) * median(ranges) * median(sizes);
@@ -447,6 +445,12 @@ class Matcher {
 
 Vector3d view_position(const LampShapeView& view, double size) {
   return view.range * size * view.bearing;
+}
+
+double field_of_view_sr(const Camera& camera) {
+  const double field_x = camera.width() / camera.fx_px();
+  const double field_y = camera.height() / camera.fy_px();
+  return std::min(field_x * field_y, 2 * pi);
 }
 
 Matrix3d view_covariance(const LampShapeView& view, double size, double size_sigma) {

@@ -460,7 +460,7 @@ Result<Adjustment> GrowingMap::adjust_all(const KnownLengths& lengths) {
 
 Result<Adjustment> GrowingMap::adjust_without_lengths() {
   Result<Adjustment> adjusted = adjust_all();
-  if (!adjusted.ok() && !centres_have_failed_) {  // the rims may determine the map
+  if (!adjusted.ok() && adjusted->network.outlines.empty()) {  // the rims may determine the map
     centres_have_failed_ = true;
     const Result<Adjustment> with_rims = adjust_all();
     centres_have_failed_ = with_rims.ok();

@@ -15,11 +15,17 @@ namespace occ::internal::survey {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-int GrowingMap::placed_neighbour(int picture) const {
+std::vector<int> GrowingMap::placed_neighbours(int picture) const {
+  std::vector<int> neighbours;
   for (const int other : {picture - 1, picture + 1})
     if (other >= 0 && other < static_cast<int>(place_of_.size()) && place_of_[other] >= 0)
-      return place_of_[other];
-  return -1;
+      neighbours.push_back(place_of_[other]);
+  return neighbours;
+}
+
+int GrowingMap::placed_neighbour(int picture) const {
+  const std::vector<int> neighbours = placed_neighbours(picture);
+  return neighbours.empty() ? -1 : neighbours[0];
 }
 
 MatchCandidates GrowingMap::candidates_near(int picture, int neighbour) const {
@@ -40,10 +46,7 @@ MatchCandidates GrowingMap::candidates_near(int picture, int neighbour) const {
 
 std::vector<MapMatch> GrowingMap::without_fast_motions(int picture,
                                                        std::vector<MapMatch> matches) const {
-  std::vector<int> neighbours;
-  for (const int other : {picture - 1, picture + 1})
-    if (other >= 0 && other < static_cast<int>(place_of_.size()) && place_of_[other] >= 0)
-      neighbours.push_back(place_of_[other]);
+  const std::vector<int> neighbours = placed_neighbours(picture);
   const auto is_fast = [&](const MapMatch& match) {
     for (const int neighbour : neighbours) {
       const Rigid3& before = map_.placed[neighbour].cam_from_map;
@@ -81,8 +84,7 @@ void GrowingMap::count_small_motions(int picture, int neighbour,
       std::count_if(seen.begin(), seen.end(), [](int lamp) { return lamp >= 0; });
   const double lamps =
       std::max(static_cast<double>(views.size()), static_cast<double>(seen_before));
-  const double field_sr =
-      std::min(2 * pi, camera_.width() / camera_.fx_px() * camera_.height() / camera_.fy_px());
+  const double field_sr = field_of_view_sr(camera_);
   for (MapMatch& match : matches) {
     double max_angle = 0;
     for (std::size_t v = 0; v < views.size(); ++v) {

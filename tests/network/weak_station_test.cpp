@@ -125,11 +125,17 @@ TEST(WeakStations, OfTargetsOnALineAreLeftOut) {
   EXPECT_EQ(found->left_out[0].index, image);
 }
 
+/// Uses `count` observations only of each of the first `images` images.
+void keep_observations(Network& network, int images, int count) {
+  std::vector<int> seen(static_cast<std::size_t>(images), 0);
+  for (ImageObservation& observation : network.observations)
+    observation.used =
+        observation.image >= images || ++seen[static_cast<std::size_t>(observation.image)] <= count;
+}
+
 TEST(WeakStations, AreNamedInOneWarning) {
   Network network = noisy_network(pinhole_network(6, 30), 4, 0.002);
-  std::vector<int> count(6, 0);
-  for (ImageObservation& observation : network.observations)
-    observation.used = observation.image > 1 || ++count[observation.image] <= 3;
+  keep_observations(network, 2, 3);
   const auto found = adjust(network);
   ASSERT_TRUE(found.ok()) << found.message;
   ASSERT_TRUE(found->left_out.empty());
@@ -139,9 +145,7 @@ TEST(WeakStations, AreNamedInOneWarning) {
 
 TEST(WeakStations, ThatAreLeftOutShareAWarning) {
   Network network = noisy_network(pinhole_network(8, 30), 5, 0.002);
-  std::vector<int> count(8, 0);
-  for (ImageObservation& observation : network.observations)
-    observation.used = observation.image > 2 || ++count[observation.image] <= 2;
+  keep_observations(network, 3, 2);
   const auto found = adjust(network);
   ASSERT_TRUE(found.ok()) << found.message;
   ASSERT_EQ(found->left_out.size(), 3U);

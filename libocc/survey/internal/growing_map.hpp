@@ -123,6 +123,8 @@ class GrowingMap {
   /// such matches.
   void count_small_motions(int picture, int neighbour, std::vector<MapMatch>& matches) const;
   void report(const SurveyProgress& state) const;  // throws SurveyStopped
+  /// Indices into map_.placed of the pictures before and after one; the first of them, or -1.
+  std::vector<int> placed_neighbours(int picture) const;
   int placed_neighbour(int picture) const;
   MatchCandidates candidates_near(int picture, int neighbour) const;
   bool join(int picture);

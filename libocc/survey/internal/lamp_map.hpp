@@ -35,6 +35,9 @@ namespace occ::internal::survey {
 
 constexpr double missing_log10 = 1.3;  ///< a lamp is dark or hidden with probability 1/20
 
+/// Solid angle of a camera's field of view [sr], of a small one; at most half of all directions.
+double field_of_view_sr(const Camera& camera);
+
 /// A lamp of the map; lengths have any common unit.
 struct MapLamp {
   Eigen::Vector3d position = Eigen::Vector3d::Zero();
