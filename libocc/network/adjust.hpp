@@ -10,7 +10,10 @@
 //
 // Gross errors are removed in two stages. Robust estimation uses Huber's, then Tukey's loss, with
 // the scale from the median residual; stations, points and bodies whose observations disagree get
-// the placement with most inliers (internal/consensus.hpp). Data snooping then rejects the
+// the placement with most inliers (internal/consensus.hpp). Distances and control points take no
+// part in it if the images determine the network without them: an accurate one that is wrong would
+// outweigh the rays of its targets. Those that contradict the others by more than 2 % are rejected
+// after it (internal/known_consensus.hpp). Data snooping then rejects the
 // observation with the largest normalised residual above the critical value, one for each point and
 // image at a time, and adjusts again (Baarda, "A testing procedure for use in geodetic networks",
 // 1968). Distances and control points are tested like image points; those that agree with the
@@ -119,8 +122,8 @@ struct Adjustment {
   std::vector<std::string> warnings;  ///< a sentence for each thing that the user should check
 };
 
-/// Adjusts a network. Status: ok, with a message that counts what was rejected; ambiguous: two
-/// distances or control points contradict each other and either may be wrong, or so many image
+/// Adjusts a network. Status: ok, with a message that counts what was rejected; ambiguous:
+/// distances or control points contradict each other and each may be wrong, or so many image
 /// points were rejected that the rest may agree by chance; too_few_lamps: fewer targets than the
 /// network needs; degenerate: blocks without a common target, or unknowns that no observation
 /// determines (the message names them); not_converged. The value always holds the last state.

@@ -98,6 +98,116 @@ TEST(GrossErrors, AWrongBarOfFourIsSaid) {
   EXPECT_NE(found.message.find("1 of 4 distances"), std::string::npos) << found.message;
 }
 
+/// Wrong by a slip of the decimal point or of the unit, and by less.
+constexpr double wrong_factors[] = {100, 10, 2.54, 1.2, 1.1, 0.9, 0.4, 0.1, 0.01};
+
+TEST(GrossErrors, ABarThatIsTotallyWrongIsSaid) {
+  for (const bool is_line : {false, true})
+    for (const double factor : wrong_factors)
+      for (const std::size_t count : {4U, 3U, 2U}) {
+        SCOPED_TRACE((is_line ? "line, " : "pinhole, ") + std::to_string(count) + " bars, times " +
+                     std::to_string(factor));
+        Network truth = is_line ? test::line_network(6, 40) : test::pinhole_network(8, 40);
+        for (const auto& [from, to] : {std::pair{3, 14}, {0, 9}, {21, 33}, {7, 28}})
+          test::add_distance(truth, from, to, 2e-4);
+        Network network = noisy_network(truth, 2, 0.01);
+        network.distances.resize(count);
+        network.distances[1].length_m *= factor;
+        const auto found = adjust(network);
+        if (count == 2) {
+          EXPECT_EQ(found.status, Status::ambiguous) << found.message;
+          EXPECT_TRUE(is_named({found.message}, "distance 0")) << found.message;
+          EXPECT_TRUE(is_named({found.message}, "distance 1")) << found.message;
+          continue;
+        }
+        ASSERT_TRUE(found.ok()) << found.message;
+        ASSERT_EQ(found->rejected_distances.size(), 1U);
+        EXPECT_EQ(found->rejected_distances[0].distance, 1);
+        EXPECT_LE(found->rejected.size(), 2U) << "its image points are right";
+        EXPECT_TRUE(is_named(found->warnings, "distance 1 (p0 to p9"));
+        EXPECT_LT(test::worst_distance(found->network, truth), 1e-2);
+      }
+}
+
+TEST(GrossErrors, AControlPointThatIsTotallyWrongIsSaid) {
+  Network truth = test::pinhole_network(8, 40);
+  for (const int point : {0, 4, 8, 11, 23}) add_control(truth, point);
+  for (const double factor : wrong_factors)
+    for (const std::size_t count : {5U, 4U, 3U}) {
+      SCOPED_TRACE(std::to_string(count) + " control points, times " + std::to_string(factor));
+      Network network = noisy_network(truth, 3, 0.02);
+      disturb_control(network, 3);
+      network.control.resize(count);
+      network.control[1].position_m.y() *= factor;
+      const auto found = adjust(network);
+      if (count == 3) {
+        EXPECT_EQ(found.status, Status::ambiguous) << found.message;
+        EXPECT_TRUE(is_named({found.message}, "control point 1")) << found.message;
+        continue;
+      }
+      ASSERT_TRUE(found.ok()) << found.message;
+      ASSERT_EQ(found->rejected_control.size(), 1U);
+      EXPECT_EQ(found->rejected_control[0].control, 1);
+      EXPECT_EQ(found->rejected_control[0].coordinate, 1);
+      EXPECT_LE(found->rejected.size(), 2U) << "its image points are right";
+      EXPECT_LT(test::worst_distance(found->network, truth), 6e-3);
+    }
+}
+
+TEST(GrossErrors, BarsThatAgreeWithEachOtherButNotWithOthersAreAmbiguous) {
+  Network truth = test::pinhole_network(8, 40);
+  for (const auto& [from, to] : {std::pair{3, 14}, {0, 9}, {21, 33}, {7, 28}})
+    test::add_distance(truth, from, to, 2e-4);
+  Network network = noisy_network(truth, 2, 0.01);
+  for (const std::size_t k : {0U, 1U}) network.distances[k].length_m *= 2.54;
+  const auto found = adjust(network);
+  EXPECT_EQ(found.status, Status::ambiguous);
+  for (int k = 0; k < 4; ++k)
+    EXPECT_TRUE(is_named({found.message}, ("distance " + std::to_string(k)).c_str()))
+        << found.message;
+  EXPECT_TRUE(found->rejected_distances.empty());
+}
+
+TEST(GrossErrors, AnInaccurateBarIsNotToBlameForATotallyWrongOne) {
+  Network truth = test::pinhole_network(8, 40);
+  test::add_distance(truth, 3, 14, 2e-4);
+  test::add_distance(truth, 0, 9, 0.1);  // does not decide on the scale
+  Network network = noisy_network(truth, 2, 0.01);
+  network.distances[0].length_m *= 10;
+  const auto found = adjust(network);
+  EXPECT_EQ(found.status, Status::ambiguous) << found.message;
+  EXPECT_TRUE(found->rejected_distances.empty());
+}
+
+TEST(GrossErrors, ATotallyWrongBarBetweenTagsOfKnownSizeIsSaid) {
+  TestFieldDesign design;
+  design.camera = paper_panorama_camera();
+  design.free_parameters = paper_additional_parameters();
+  design.targets = 0;
+  design.tags = 80;
+  design.tag_side_m = 0.3;
+  Network network = simulate_test_field(design).network;
+  const Target from = Target::of_corner(2, 0), to = Target::of_corner(17, 1);
+  const double length_m = (network.position_m(to) - network.position_m(from)).norm();
+  network.distances = {{from, to, 10 * length_m, 1e-3, true}};
+  const auto found = adjust(network);
+  ASSERT_TRUE(found.ok()) << found.message;
+  ASSERT_EQ(found->rejected_distances.size(), 1U);
+  EXPECT_NEAR(found->rejected_distances[0].residual_m, 9 * length_m, 0.1);
+  EXPECT_LT(found->sigma0, 1.1);
+}
+
+TEST(GrossErrors, AStoppedAdjustmentKeepsItsBars) {
+  Network truth = test::pinhole_network(8, 40);
+  for (const auto& [from, to] : {std::pair{3, 14}, {0, 9}, {21, 33}})
+    test::add_distance(truth, from, to, 2e-4);
+  const auto found = adjust(noisy_network(truth, 2, 0.01), {},
+                            [](const AdjustProgress& state) { return state.iteration < 2; });
+  EXPECT_EQ(found.status, Status::not_converged);
+  EXPECT_EQ(found.message, "stopped by the caller");
+  for (const DistanceObservation& one : found->network.distances) EXPECT_TRUE(one.used);
+}
+
 TEST(GrossErrors, ALessAccurateBarIsNotToBlameForAContradiction) {
   Network truth = test::line_network(6, 40);
   test::add_distance(truth, 0, 9, 2e-5);
@@ -262,7 +372,9 @@ struct Trial {
   double share = 0;
   Result<Adjustment> found;
 
-  explicit Trial(std::uint64_t seed) {
+  /// `totally_wrong`: bars and control points are wrong by a factor up to 20 instead of 1 % and 5
+  /// cm.
+  Trial(std::uint64_t seed, bool totally_wrong) {
     Random random(seed, 21);
     const int stations = 6 + random.below(7), points = 30 + random.below(30);
     truth = seed % 4 == 3 ? test::line_network(stations, points)
@@ -277,9 +389,12 @@ struct Trial {
       const double angle = random.uniform(0, 2 * pi), far = std::exp(random.uniform(1.6, 5.3));
       observation.pixel += far * Eigen::Vector2d(std::cos(angle), std::sin(angle));
     }
-    if (random.uniform() < 0.5) network.distances[random.below(4)].length_m *= 1.01;
+    const auto factor = [&] { return std::exp(random.uniform(-3, 3)); };
     if (random.uniform() < 0.5)
-      network.control[random.below(6)].position_m[random.below(3)] += 0.05;
+      network.distances[random.below(4)].length_m *= totally_wrong ? factor() : 1.01;
+    if (random.uniform() < 0.5)
+      network.control[random.below(6)].position_m[random.below(3)] +=
+          totally_wrong ? factor() : 0.05;
     found = adjust(network);
   }
 
@@ -305,10 +420,10 @@ struct Trial {
   }
 };
 
-void run_campaign(int count) {
+void run_campaign(int count, bool totally_wrong = false) {
   int ok = 0, bars = 0, controls = 0;
   for (int seed = 0; seed < count; ++seed) {
-    const Trial trial(static_cast<std::uint64_t>(seed));
+    const Trial trial(static_cast<std::uint64_t>(seed), totally_wrong);
     SCOPED_TRACE("seed " + std::to_string(seed) + ", share " + std::to_string(trial.share) + ": " +
                  trial.found.message);
     if (!trial.found.ok()) continue;
@@ -341,7 +456,11 @@ void run_campaign(int count) {
 
 TEST(GrossErrors, NoUnnamedPointIsWrong) { run_campaign(12); }
 
+TEST(GrossErrors, NoUnnamedPointIsWrongWithTotallyWrongBars) { run_campaign(12, true); }
+
 TEST(SlowGrossErrors, NoUnnamedPointIsWrong) { run_campaign(300); }
+
+TEST(SlowGrossErrors, NoUnnamedPointIsWrongWithTotallyWrongBars) { run_campaign(300, true); }
 
 }  // namespace
 }  // namespace occ

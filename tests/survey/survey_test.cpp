@@ -248,20 +248,26 @@ TEST(Survey, NamesADistanceThatContradictsTheOthers) {
   for (int to = 1; to < 5; ++to)
     options.distances.push_back(
         {0, to, (scene.lamps[truth[0]].centre_m - scene.lamps[truth[to]].centre_m).norm(), 1e-3});
-  options.distances[1].length_m += 0.1;
-  const auto found = survey(pictures_of(made), scene.camera, options);
-  ASSERT_TRUE(found.ok()) << found.message;
-  ASSERT_EQ(found->warnings.size(), 1u);
-  EXPECT_EQ(found->warnings[0].rfind("distance 1 (lamp 0 to lamp 2, ", 0), 0u);
-  EXPECT_NE(found->warnings[0].find("is rejected"), std::string::npos);
-  EXPECT_LT(worst_distance_m(*found, scene, truth), 2e-3);
+  const std::vector<LampDistance> right = options.distances;
+  for (const double wrong : {right[1].length_m + 0.1, 10 * right[1].length_m}) {
+    options.distances[1].length_m = wrong;
+    const auto found = survey(pictures_of(made), scene.camera, options);
+    ASSERT_TRUE(found.ok()) << found.message;
+    ASSERT_EQ(found->warnings.size(), 1u);
+    EXPECT_EQ(found->warnings[0].rfind("distance 1 (lamp 0 to lamp 2, ", 0), 0u);
+    EXPECT_NE(found->warnings[0].find("is rejected"), std::string::npos);
+    EXPECT_LT(worst_distance_m(*found, scene, truth), 2e-3);
+  }
   // Either of two distances may be wrong.
   options.distances.resize(2);
-  const auto undecided = survey(pictures_of(made), scene.camera, options);
-  EXPECT_EQ(undecided.status, Status::ambiguous);
-  EXPECT_EQ(undecided.message.rfind("distance ", 0), 0u);
-  EXPECT_NE(undecided.message.find("either may be wrong; check both"), std::string::npos);
-  EXPECT_TRUE(undecided->warnings.empty());
+  for (const double wrong : {right[1].length_m + 0.1, 10 * right[1].length_m}) {
+    options.distances[1].length_m = wrong;
+    const auto undecided = survey(pictures_of(made), scene.camera, options);
+    EXPECT_EQ(undecided.status, Status::ambiguous);
+    EXPECT_EQ(undecided.message.rfind("distance ", 0), 0u);
+    EXPECT_NE(undecided.message.find("either may be wrong; check both"), std::string::npos);
+    EXPECT_TRUE(undecided->warnings.empty());
+  }
 }
 
 TEST(Survey, WarnsOfPicturesFromNearlyOnePlace) {
