@@ -16,6 +16,7 @@ namespace occ::internal::network {
 
 namespace {
 
+using Eigen::Matrix3d;
 using Eigen::Matrix3Xd;
 using Eigen::Vector3d;
 
@@ -50,13 +51,8 @@ class Consensus {
 
   KnownConsensus run() {
     list_lengths();
-    std::vector<KnownLength> deciding;
-    for (const KnownLength& one : lengths_)
-      if (sigmas * one.sigma <= max_tolerance) deciding.push_back(one);
-    out_.reliable = !deciding.empty();
+    out_.reliable = !lengths_.empty() && (all_agree() || find_majority());
     if (!out_.reliable) return out_;
-    find_scale(deciding);
-    find_outliers();
     if (out_.contradiction.empty())
       move_to_known();
     else
@@ -67,16 +63,13 @@ class Consensus {
  private:
   void list_lengths() {
     const NetworkLayout layout = layout_of(adjusted_);
-    const Result<Precision> precise = precision(adjusted_, {}, threads_);
-    if (!precise.ok()) return;
     const auto add = [&](const Target& from, const Target& to, double length_m, double sigma_m) {
       if (!layout.is_determined(from) || !layout.is_determined(to)) return false;
-      const double adjusted = (adjusted_.position_m(to) - adjusted_.position_m(from)).norm();
+      const double adjusted = difference_m(from, to).norm();
       if (!(adjusted > 0) || !(length_m > 0)) return false;
       KnownLength one;
       one.log_ratio = std::log(length_m / adjusted);
-      one.known_sigma = sigma_m / length_m;
-      one.sigma = std::hypot(one.known_sigma, precise->distance_sigma_m(from, to) / adjusted);
+      one.sigma = one.known_sigma = sigma_m / length_m;
       lengths_.push_back(one);
       return true;
     };
@@ -97,6 +90,55 @@ class Consensus {
           lengths_.back().to = control_[k];
         }
       }
+  }
+
+  /// True if all lengths agree as they are, without errors of the images; sets the scale. Precision
+  /// takes as long as a stage of the adjustment, and is then not needed.
+  bool all_agree() {
+    const auto count = static_cast<std::ptrdiff_t>(lengths_.size());
+    return (defect_.scale == 0 ? count_agreeing(lengths_, scale_) : find_mean_scale(lengths_)) ==
+           count;
+  }
+
+  /// Finds the scale that most lengths agree with, and the others. False if no length decides.
+  bool find_majority() {
+    if (!add_image_sigmas()) return false;
+    std::vector<KnownLength> deciding;
+    for (const KnownLength& one : lengths_)
+      if (sigmas * one.sigma <= max_tolerance) deciding.push_back(one);
+    if (deciding.empty()) return false;
+    find_scale(deciding);
+    find_outliers();
+    return true;
+  }
+
+  /// Adds the errors of the images to the sigmas; those of control points count as independent,
+  /// which is faster. False if there is no covariance.
+  bool add_image_sigmas() {
+    const Result<Precision> precise = precision(adjusted_, {}, threads_);
+    if (!precise.ok()) return false;
+    std::vector<Matrix3d> covariances(known_.control.size());
+    for (const int i : control_) covariances[i] = precise->joint({known_.control[i].target});
+    for (KnownLength& one : lengths_) {
+      double sigma_m = 0, length_m = 0;
+      if (one.distance >= 0) {
+        const DistanceObservation& known = known_.distances[one.distance];
+        length_m = difference_m(known.from, known.to).norm();
+        sigma_m = precise->distance_sigma_m(known.from, known.to);
+      } else {
+        const Vector3d apart =
+            difference_m(known_.control[one.from].target, known_.control[one.to].target);
+        length_m = apart.norm();
+        const Matrix3d covariance = covariances[one.from] + covariances[one.to];
+        sigma_m = std::sqrt(std::max(0.0, apart.normalized().dot(covariance * apart.normalized())));
+      }
+      one.sigma = std::hypot(one.sigma, sigma_m / length_m);
+    }
+    return true;
+  }
+
+  Vector3d difference_m(const Target& from, const Target& to) const {
+    return adjusted_.position_m(to) - adjusted_.position_m(from);
   }
 
   bool agrees(const KnownLength& one, const Scale& scale) const {
@@ -143,10 +185,10 @@ class Consensus {
   }
 
   /// The mean scale of the lengths that agree; returns their number.
-  std::ptrdiff_t find_mean_scale(const std::vector<KnownLength>& deciding) {
-    const auto [count, trial] = best_scale(deciding);
+  std::ptrdiff_t find_mean_scale(const std::vector<KnownLength>& lengths) {
+    const auto [count, trial] = best_scale(lengths);
     double sum = 0, weights = 0;
-    for (const KnownLength& one : deciding) {
+    for (const KnownLength& one : lengths) {
       if (!agrees(one, trial)) continue;
       const double weight = 1 / square(min_tolerance + sigmas * one.sigma);
       sum += weight * one.log_ratio;

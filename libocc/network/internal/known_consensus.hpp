@@ -24,7 +24,7 @@ bool has_redundant_lengths(const Network& network);
 Network without_known(Network network);
 
 struct KnownConsensus {
-  /// False: no length is known to 2 % and precise to 2 % by the images alone.
+  /// False: the lengths disagree, but none is precise to 2 %, in itself and by the images.
   bool reliable = true;
   /// Those that differ from the others by more than 2 % and 5 sigmas, with residuals in their own
   /// sigmas.
