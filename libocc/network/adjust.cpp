@@ -237,8 +237,7 @@ bool Adjuster::reject_known(const std::vector<OutlierCandidate>& found, bool is_
   constexpr double min_ratio = 0.5;
   if (found.size() > 1 && found[1].normalised > min_ratio * worst.normalised &&
       agree_without(is_distance, found[1].index) && agree_without(is_distance, worst.index)) {
-    contradiction_ = name(worst.index) + " and " + name(found[1].index) +
-                     " contradict each other, and either may be wrong; check both";
+    contradiction_ = contradiction_of({name(worst.index), name(found[1].index)});
     return false;
   }
   is_distance ? reject_distance(worst) : reject_control(worst);

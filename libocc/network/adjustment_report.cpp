@@ -310,6 +310,16 @@ std::string name_of_control(const Network& network, int control) {
          network.name_of(network.control[control].target) + ")";
 }
 
+std::string contradiction_of(const std::vector<std::string>& names) {
+  constexpr std::size_t max_names = 8;
+  if (names.size() == 1) return names[0] + " contradicts the size of the network; check both";
+  if (names.size() == 2)
+    return names[0] + " and " + names[1] +
+           " contradict each other, and either may be wrong; check both";
+  return core::name_list(names, max_names) +
+         " contradict each other, and each may be wrong; check all";
+}
+
 void report(const Network& given, const NetworkLayout& layout, const LeftOutReasons& reasons,
             const std::string& contradiction, Result<Adjustment>& result) {
   // The highest share at which each point still has a majority of right rays in most networks; the

@@ -71,7 +71,7 @@ class BodyTrial {
     }
   }
 
-  /// Placement from the corners that both images show (Umeyama's similarity); nothing below three.
+  /// Placement from the corners that both images show; nothing below three.
   std::optional<BodyPlacement> hypothesis_from_pair(int first, int second) const {
     Matrix3Xd in_body(3, 0), in_world(3, 0);
     for (const int i : observations_)
@@ -86,14 +86,11 @@ class BodyTrial {
         in_world.rightCols<1>() = *point;
       }
     if (in_body.cols() < 3) return std::nullopt;
-    const Vector3d from = in_body.rowwise().mean(), to = in_world.rowwise().mean();
-    const Matrix3Xd shape = in_body.colwise() - from, seen = in_world.colwise() - to;
-    const Eigen::Matrix3d rotation = nearest_rotation(seen * shape.transpose());
-    const double scale = layout_.body_sizes[body_] == 7
-                             ? seen.cwiseProduct(rotation * shape).sum() / shape.squaredNorm()
-                             : state_.scales[body_];
-    if (!rotation.allFinite() || !(scale > 0)) return std::nullopt;
-    return BodyPlacement{{rotation, to - scale * rotation * from}, scale};
+    std::optional<double> known_scale;
+    if (layout_.body_sizes[body_] != 7) known_scale = state_.scales[body_];
+    const Similarity found = similarity_between(in_body, in_world, known_scale);
+    if (!found.rotation.allFinite() || !(found.scale > 0)) return std::nullopt;
+    return BodyPlacement{{found.rotation, found.translation}, found.scale};
   }
 
  private:
@@ -106,6 +103,18 @@ class BodyTrial {
 };
 
 }  // namespace
+
+Similarity similarity_between(const Matrix3Xd& from, const Matrix3Xd& to,
+                              std::optional<double> scale) {
+  const Vector3d from_mean = from.rowwise().mean(), to_mean = to.rowwise().mean();
+  const Matrix3Xd shape = from.colwise() - from_mean, moved = to.colwise() - to_mean;
+  Similarity found;
+  found.rotation = nearest_rotation(moved * shape.transpose());
+  found.scale =
+      scale ? *scale : moved.cwiseProduct(found.rotation * shape).sum() / shape.squaredNorm();
+  found.translation = to_mean - found.scale * found.rotation * from_mean;
+  return found;
+}
 
 std::vector<char> inliers_at(const Network& network, const NetworkState& state,
                              const std::vector<int>& observations, double limit) {

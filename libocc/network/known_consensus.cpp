@@ -5,10 +5,9 @@
 #include <cmath>
 #include <utility>
 
-#include "libocc/core/internal/name_list.hpp"
 #include "libocc/core/math.hpp"
-#include "libocc/geometry/so3.hpp"
 #include "libocc/network/internal/adjustment_report.hpp"
+#include "libocc/network/internal/consensus.hpp"
 #include "libocc/network/internal/network_layout.hpp"
 #include "libocc/network/precision.hpp"
 
@@ -52,11 +51,7 @@ class Consensus {
   KnownConsensus run() {
     list_lengths();
     out_.reliable = !lengths_.empty() && (all_agree() || find_majority());
-    if (!out_.reliable) return out_;
-    if (out_.contradiction.empty())
-      move_to_known();
-    else
-      out_.distances.clear();
+    if (out_.reliable && out_.contradiction.empty()) move_to_known();
     return out_;
   }
 
@@ -108,7 +103,7 @@ class Consensus {
       if (sigmas * one.sigma <= max_tolerance) deciding.push_back(one);
     if (deciding.empty()) return false;
     find_scale(deciding);
-    find_outliers();
+    if (out_.contradiction.empty()) find_outliers();
     return true;
   }
 
@@ -181,7 +176,7 @@ class Consensus {
     for (const KnownLength& one : lengths_)
       if (one.distance >= 0) names.push_back(name_of_distance(known_, one.distance));
     for (const int i : control_) names.push_back(name_of_control(known_, i));
-    contradict(names);
+    out_.contradiction = contradiction_of(names);
   }
 
   /// The mean scale of the lengths that agree; returns their number.
@@ -208,31 +203,20 @@ class Consensus {
            static_cast<std::ptrdiff_t>(adjusted_.pose_priors.size());
   }
 
-  void contradict(const std::vector<std::string>& names) {
-    constexpr std::size_t max_names = 8;
-    if (!out_.contradiction.empty()) return;
-    if (names.size() == 1)
-      out_.contradiction = names[0] + " contradicts the size of the network; check both";
-    else if (names.size() == 2)
-      out_.contradiction = names[0] + " and " + names[1] +
-                           " contradict each other, and either may be wrong; check both";
-    else
-      out_.contradiction = core::name_list(names, max_names) +
-                           " contradict each other, and each may be wrong; check all";
-  }
-
   void find_outliers() {
+    remove_control();
+    if (!removed_.empty() && control_.size() < min_control) {
+      std::vector<std::string> names;
+      for (const auto* list : {&control_, &removed_})
+        for (const int i : *list) names.push_back(name_of_control(known_, i));
+      out_.contradiction = contradiction_of(names);
+      return;
+    }
     for (const KnownLength& one : lengths_) {
       if (one.distance < 0 || agrees(one, scale_)) continue;
       const double residual = std::exp(scale_.log - one.log_ratio) - 1;
       out_.distances.push_back({one.distance, std::abs(residual) / one.known_sigma});
     }
-    remove_control();
-    if (removed_.empty() || control_.size() >= min_control) return;
-    std::vector<std::string> names;
-    for (const auto* list : {&control_, &removed_})
-      for (const int i : *list) names.push_back(name_of_control(known_, i));
-    contradict(names);
   }
 
   /// Removes the control point in most lengths that do not agree until all agree.
@@ -253,16 +237,12 @@ class Consensus {
         change(one, -1);
         one.from = one.to = -1;
       }
-      lengths_.erase(
-          std::remove_if(lengths_.begin(), lengths_.end(),
-                         [](const KnownLength& one) { return one.distance < 0 && one.from < 0; }),
-          lengths_.end());
       control_.erase(std::find(control_.begin(), control_.end(), index));
       removed_.push_back(index);
     }
   }
 
-  /// Umeyama's similarity to the control points that agree. A datum that is fixed in part is kept.
+  /// The similarity to the control points that agree. A datum that is fixed in part is kept.
   void move_to_known() {
     if (defect_.scale != 0) out_.to_known.scale = std::exp(scale_.log);
     const bool is_free = defect_.translation == 3 && defect_.rotation == 3;
@@ -273,14 +253,10 @@ class Consensus {
       from.rightCols<1>() = adjusted_.position_m(known_.control[i].target);
       to.rightCols<1>() = known_.control[i].position_m;
     }
-    if (is_free && from.cols() > 0) {
-      const Vector3d from_mean = from.rowwise().mean(), to_mean = to.rowwise().mean();
-      if (control_.size() >= min_control)
-        out_.to_known.rotation =
-            nearest_rotation((to.colwise() - to_mean) * (from.colwise() - from_mean).transpose());
-      out_.to_known.translation =
-          to_mean - out_.to_known.scale * (out_.to_known.rotation * from_mean);
-    }
+    if (is_free && control_.size() >= min_control)
+      out_.to_known = similarity_between(from, to, out_.to_known.scale);
+    else if (is_free && !control_.empty())
+      out_.to_known.translation = to.rowwise().mean() - out_.to_known.scale * from.rowwise().mean();
     for (const int i : removed_) {
       const ControlPoint& one = known_.control[i];
       const Eigen::Array3d normalised =

@@ -27,6 +27,11 @@ void disturb_control(Network& network, std::uint64_t seed) {
       control.position_m[k] += std::sqrt(control.covariance_m2(k, k)) * random.normal();
 }
 
+void add_bars(Network& network) {
+  for (const auto& [from, to] : {std::pair{3, 14}, {0, 9}, {21, 33}, {7, 28}})
+    test::add_distance(network, from, to, 2e-4);
+}
+
 bool is_named(const std::vector<std::string>& sentences, const std::string& name) {
   return std::any_of(sentences.begin(), sentences.end(), [&](const std::string& sentence) {
     return sentence.find(name) != std::string::npos;
@@ -84,8 +89,7 @@ TEST(GrossErrors, ThreeControlPointsThatContradictEachOtherAreAmbiguous) {
 
 TEST(GrossErrors, AWrongBarOfFourIsSaid) {
   Network truth = test::line_network(6, 40);
-  for (const auto& [from, to] : {std::pair{0, 9}, {3, 14}, {21, 33}, {7, 28}})
-    test::add_distance(truth, from, to, 2e-4);
+  add_bars(truth);
   Network network = noisy_network(truth, 2, 0.01);
   network.distances[2].length_m *= 1.01;
   const auto found = adjust(network);
@@ -108,8 +112,7 @@ TEST(GrossErrors, ABarThatIsTotallyWrongIsSaid) {
         SCOPED_TRACE((is_line ? "line, " : "pinhole, ") + std::to_string(count) + " bars, times " +
                      std::to_string(factor));
         Network truth = is_line ? test::line_network(6, 40) : test::pinhole_network(8, 40);
-        for (const auto& [from, to] : {std::pair{3, 14}, {0, 9}, {21, 33}, {7, 28}})
-          test::add_distance(truth, from, to, 2e-4);
+        add_bars(truth);
         Network network = noisy_network(truth, 2, 0.01);
         network.distances.resize(count);
         network.distances[1].length_m *= factor;
@@ -156,8 +159,7 @@ TEST(GrossErrors, AControlPointThatIsTotallyWrongIsSaid) {
 
 TEST(GrossErrors, BarsThatAgreeWithEachOtherButNotWithOthersAreAmbiguous) {
   Network truth = test::pinhole_network(8, 40);
-  for (const auto& [from, to] : {std::pair{3, 14}, {0, 9}, {21, 33}, {7, 28}})
-    test::add_distance(truth, from, to, 2e-4);
+  add_bars(truth);
   Network network = noisy_network(truth, 2, 0.01);
   for (const std::size_t k : {0U, 1U}) network.distances[k].length_m *= 2.54;
   const auto found = adjust(network);
@@ -199,8 +201,7 @@ TEST(GrossErrors, ATotallyWrongBarBetweenTagsOfKnownSizeIsSaid) {
 
 TEST(GrossErrors, AStoppedAdjustmentKeepsItsBars) {
   Network truth = test::pinhole_network(8, 40);
-  for (const auto& [from, to] : {std::pair{3, 14}, {0, 9}, {21, 33}})
-    test::add_distance(truth, from, to, 2e-4);
+  add_bars(truth);
   const auto found = adjust(noisy_network(truth, 2, 0.01), {},
                             [](const AdjustProgress& state) { return state.iteration < 2; });
   EXPECT_EQ(found.status, Status::not_converged);

@@ -5,6 +5,7 @@
 #include <map>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "libocc/core/status.hpp"
 #include "libocc/network/adjust.hpp"
@@ -19,6 +20,8 @@ using LeftOutReasons = std::map<std::pair<LeftOut::Kind, int>, std::string>;
 std::string name_of_distance(const Network& network, int distance);
 /// "control point 3 (tag 7.2)".
 std::string name_of_control(const Network& network, int control);
+/// Sentence about distances or control points (names) of which one must be wrong.
+std::string contradiction_of(const std::vector<std::string>& names);
 
 /// Fills the lists, warnings and the message of a finished adjustment; gives what was left out its
 /// start values. `given`: the network before the adjustment; `layout`: of the result;

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "libocc/camera/camera.hpp"
+#include "libocc/network/datum.hpp"
 #include "libocc/network/internal/observation_rows.hpp"
 
 namespace occ::internal::network {
@@ -48,6 +49,12 @@ PointConsensus point_consensus(const Network& network, const NetworkState& state
 /// For each of these image observations: 1 if the length of its residual is below `limit` sigmas.
 std::vector<char> inliers_at(const Network& network, const NetworkState& state,
                              const std::vector<int>& observations, double limit);
+
+/// Similarity that moves points (columns) to others, by least squares, with a given scale or the
+/// best one (Umeyama, "Least-squares estimation of transformation parameters between two point
+/// patterns", PAMI 13, 1991).
+Similarity similarity_between(const Eigen::Matrix3Xd& from, const Eigen::Matrix3Xd& to,
+                              std::optional<double> scale);
 
 struct BodyConsensus {
   Rigid3 world_from_body;
